@@ -8,6 +8,8 @@ import { bundled } from "./bundle.mjs";
 const LEAST_S = 1;
 /** So long before, until it is compiled. */
 const WARM_S = 0.5;
+/** So many triangles grow between looks at the clock, which take longer than some models. */
+const UNWATCHED = 1e5;
 
 const { grow, readProgram } = await bundled("evaluator", "../core/procedural/index.ts");
 console.log();
@@ -28,7 +30,7 @@ const seconds = () => {
   return (user + system) / 1e6;
 };
 const [wanted] = process.argv.slice(2);
-console.log("| model | triangles | steps | triangles/s |\n|---|---|---|---|");
+console.log("| model | triangles | steps | triangles/s | in the fastest round |\n|---|---|---|---|---|");
 for (const [name, text] of Object.entries(models)) {
   if (wanted !== undefined && wanted !== name) continue;
   const program = readProgram(name, text, load);
@@ -37,7 +39,15 @@ for (const [name, text] of Object.entries(models)) {
   while (seconds() - warm < WARM_S) grow(program);
   const start = seconds();
   let rounds = 0;
-  for (; seconds() - start < LEAST_S; rounds += 1) grow(program);
+  let fastest = Infinity;
+  while (seconds() - start < LEAST_S) {
+    for (let grown = 0; grown < UNWATCHED; grown += triangles, rounds += 1) {
+      const before = performance.now();
+      grow(program);
+      fastest = Math.min(fastest, performance.now() - before);
+    }
+  }
   const rate = ((triangles * rounds) / (seconds() - start) / 1e6).toFixed(1);
-  console.log(`| ${name} | ${triangles} | ${steps} | ${rate} M, ${rounds} times |`);
+  const best = (triangles / fastest / 1e3).toFixed(1);
+  console.log(`| ${name} | ${triangles} | ${steps} | ${rate} M, ${rounds} times | ${best} M |`);
 }

@@ -1,5 +1,7 @@
 /** Where does a part lie? Boxes around solids and around what is placed, as in Rust. */
+
 import type { Affine, Vector } from "./affine.ts";
+import { num } from "./numbers.ts";
 
 export interface Bounds {
   readonly min: Vector;
@@ -9,10 +11,21 @@ export interface Bounds {
 /** By how much geometry may go beyond what a part declares: rounding to single precision, relative and in metres. */
 const SLACK = 1e-6;
 
+/** The numbers of a frame, and their bits. */
+const terms = new Float64Array(12);
+const bits = new Int32Array(terms.buffer);
+/** Where the sign is in the bits of a number. */
+const HIGH = new Uint8Array(Uint16Array.of(1).buffer)[0] === 1 ? 1 : 0;
+
+/** −1 below 0, and for −0; else 0. */
+function signOf(term: number): number {
+  return (bits[2 * term + HIGH] as number) >> 31;
+}
+
 /** A box that grows around what it holds; at first it holds nothing. */
 export class Reach {
   /** Least x, y and z, then the most. */
-  private readonly ends = Float64Array.of(Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity);
+  readonly ends = Float64Array.of(Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity);
 
   /** The box, to be kept. */
   get bounds(): Bounds {
@@ -22,13 +35,18 @@ export class Reach {
 
   /** Holds a box around the y axis and nothing else. */
   upright(x: number, low: number, high: number, z: number): void {
+    this.box(-x, low, -z, x, high, z);
+  }
+
+  /** Holds a box and nothing else. */
+  box(lowX: number, lowY: number, lowZ: number, highX: number, highY: number, highZ: number): void {
     const { ends } = this;
-    ends[0] = -x;
-    ends[1] = low;
-    ends[2] = -z;
-    ends[3] = x;
-    ends[4] = high;
-    ends[5] = z;
+    ends[0] = lowX;
+    ends[1] = lowY;
+    ends[2] = lowZ;
+    ends[3] = highX;
+    ends[4] = highY;
+    ends[5] = highZ;
   }
 
   /** Holds points and nothing else: so many, of so many numbers each. With two of them they are x and z. */
@@ -74,20 +92,21 @@ export class Reach {
    */
   placed({ ends }: Reach, frame: Float64Array, at: number): void {
     if (num(ends, 0) > num(ends, 3)) return;
-    this.along(0, ends, frame, at);
-    this.along(1, ends, frame, at + 1);
-    this.along(2, ends, frame, at + 2);
+    for (let i = 0; i < 12; i += 1) terms[i] = num(frame, at + i);
+    this.along(0, ends);
+    this.along(1, ends);
+    this.along(2, ends);
   }
 
-  private along(axis: number, ends: Float64Array, frame: Float64Array, at: number): void {
-    const x = num(frame, at);
-    const y = num(frame, at + 3);
-    const z = num(frame, at + 6);
-    const origin = num(frame, at + 9);
-    // Where the term is least; it is most at the other end.
-    const leastX = x >= 0 ? 0 : 3;
-    const leastY = y >= 0 ? 1 : 4;
-    const leastZ = z >= 0 ? 2 : 5;
+  private along(axis: number, ends: Float64Array): void {
+    const x = num(terms, axis);
+    const y = num(terms, axis + 3);
+    const z = num(terms, axis + 6);
+    const origin = num(terms, axis + 9);
+    // Where the term is least; it is most at the other end. Asked of the sign alone, which no processor has to guess.
+    const leastX = signOf(axis) & 3;
+    const leastY = 1 + (signOf(axis + 3) & 3);
+    const leastZ = 2 + (signOf(axis + 6) & 3);
     const low = x * num(ends, leastX) + y * num(ends, leastY) + z * num(ends, leastZ) + origin;
     const high = x * num(ends, 3 - leastX) + y * num(ends, 5 - leastY) + z * num(ends, 7 - leastZ) + origin;
     this.span(axis, low, high);
@@ -104,10 +123,6 @@ export class Reach {
       this.point(positions[i] as number, positions[i + 1] as number, positions[i + 2] as number);
     }
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }
 
 const TOWARDS = ["-x", "-y", "-z", "+x", "+y", "+z"] as const;

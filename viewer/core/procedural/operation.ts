@@ -2,8 +2,9 @@
  * What do operators and functions of numbers give? What is asked of them is checked where they are visited, for the place.
  * As `crates/scene/src/procedural/operation.rs`.
  */
+import { num } from "./numbers.ts";
 import { copy, WIDTH } from "./plain/columns.ts";
-import { addNoise, fraction, step } from "./random.ts";
+import { addNoise, fraction, scrambled, step, stepScrambled } from "./random.ts";
 
 /** Beyond this a whole number is no longer told from the next in every operation. */
 export const MAX_NOISE = 1e9;
@@ -17,11 +18,45 @@ export function isWhole(power: number): boolean {
   return Math.abs(power) <= MAX_POWER && power === Math.floor(power);
 }
 
-/** The random number of a place, from 0 up to 1: behind so many sites that calls add to the path. */
-export function random(path: number, sites: Int32Array, first: number, count: number): number {
-  let stepped = path;
-  for (let i = first; i < first + count; i += 1) stepped = step(stepped, sites[i] as number);
-  return fraction(stepped);
+/** The random numbers of places, from 0 up to 1: each behind so many sites that calls add to its path. */
+export function randoms(
+  paths: Int32Array,
+  sites: Int32Array,
+  first: number,
+  depth: number,
+  count: number,
+  numbers: Float64Array,
+  to: number,
+): void {
+  const last = first + depth - 1;
+  const site = scrambled(sites[last] as number);
+  for (let i = 0; i < count; i += 1) {
+    let path = paths[i] as number;
+    for (let at = first; at < last; at += 1) path = step(path, sites[at] as number);
+    numbers[to + i] = fraction(stepScrambled(path, site));
+  }
+}
+
+/** The same, each between two numbers. */
+export function randomsBetween(
+  paths: Int32Array,
+  sites: Int32Array,
+  first: number,
+  depth: number,
+  count: number,
+  numbers: Float64Array,
+  from: number,
+  into: number,
+  to: number,
+): void {
+  const last = first + depth - 1;
+  const site = scrambled(sites[last] as number);
+  for (let i = 0; i < count; i += 1) {
+    let path = paths[i] as number;
+    for (let at = first; at < last; at += 1) path = step(path, sites[at] as number);
+    const low = num(numbers, from + i);
+    numbers[(to + i) | 0] = low + (num(numbers, into + i) - low) * fraction(stepScrambled(path, site));
+  }
 }
 
 /**

@@ -1,125 +1,113 @@
 /**
- * Where are the turtles of several turns of a loop? Side by side, in columns, with the same numbers as one by one in
- * `turtles.ts`.
+ * How do turtles move in several turns of a loop? Side by side, with the same numbers as one by one in `turtles.ts`: x, y and
+ * z of an axis, or of where a turtle is, are columns one behind the other. Those that are the same in all turns are there only
+ * for the first: a bit for each of them says whether it differs.
  */
-import { cosine, sine } from "./arithmetic.ts";
-import { type Columns, WIDTH } from "./plain/columns.ts";
-import type { Transform } from "./syntax.ts";
-import { FRAME, type Turtles } from "./turtles.ts";
 
-/** Three columns. */
-const AXIS = 3 * WIDTH;
+import { directions } from "./arithmetic.ts";
+import { num } from "./numbers.ts";
 
-/** Where the columns of three axes and an origin begin: three each. What does not change is shared with the pose before. */
-export interface Pose {
-  readonly x: number;
-  readonly y: number;
-  readonly z: number;
-  readonly origin: number;
-  readonly material: number;
+/** All ones when a bit is set, to choose between a turn's own number and that of the first. */
+function mask(bits: number, bit: number): number {
+  return -((bits >> bit) & 1);
 }
 
-/** The same turtle in all turns. */
-export function poseOf(columns: Columns, { numbers }: Turtles, turtle: number): Pose {
-  const first = columns.open(FRAME);
-  for (let i = 0; i < FRAME; i += 1) columns.fill(first + WIDTH * i, numbers[turtle + i] as number);
-  const material = numbers[turtle + FRAME] as number;
-  return { x: first, y: first + AXIS, z: first + 2 * AXIS, origin: first + 3 * AXIS, material };
-}
-
-/** Where statements lead that move, turn or stretch a pose by columns of numbers: one angle, or three. */
-export function transformed(columns: Columns, pose: Pose, transform: Transform, x: number, y: number, z: number): Pose {
-  switch (transform) {
-    case "move":
-      return { ...pose, origin: moved(columns, pose, x, y, z) };
-    case "turn": {
-      const swung = swing(columns, pose.z, pose.x, x);
-      return { ...pose, z: swung, x: swung + AXIS };
-    }
-    case "tilt": {
-      const swung = swing(columns, pose.y, pose.z, x);
-      return { ...pose, y: swung, z: swung + AXIS };
-    }
-    case "roll": {
-      const swung = swing(columns, pose.x, pose.y, x);
-      return { ...pose, x: swung, y: swung + AXIS };
-    }
-    case "scale": {
-      const [ofX, ofY, ofZ] = [stretch(columns, pose.x, x), stretch(columns, pose.y, y), stretch(columns, pose.z, z)];
-      return { ...pose, x: ofX, y: ofY, z: ofZ };
-    }
-  }
-}
-
-/** An origin that is moved along the axes. */
-function moved(columns: Columns, pose: Pose, x: number, y: number, z: number): number {
-  const to = columns.open(3);
-  const { numbers, count } = columns;
-  for (let axis = 0; axis < AXIS; axis += WIDTH) {
-    for (let i = 0; i < count; i += 1) {
-      numbers[to + axis + i] =
-        num(numbers, pose.x + axis + i) * num(numbers, x + i) +
-        num(numbers, pose.y + axis + i) * num(numbers, y + i) +
-        num(numbers, pose.z + axis + i) * num(numbers, z + i) +
-        num(numbers, pose.origin + axis + i);
-    }
-  }
-  return to;
-}
-
-/** Two axes turned from one to the other by a column of angles, one behind the other. */
-function swing(columns: Columns, u: number, v: number, degrees: number): number {
-  const to = columns.open(6);
-  const { numbers, count } = columns;
+/** Moves along axes: x and y, and behind each other in words z, the origin, how far along each and what differs. */
+export function move(
+  numbers: Float64Array,
+  to: number,
+  x: number,
+  y: number,
+  words: Int32Array,
+  first: number,
+  width: number,
+  count: number,
+): void {
+  const z = (words[first] as number) * width;
+  const origin = (words[first + 1] as number) * width;
+  const alongX = (words[first + 2] as number) * width;
+  const alongY = (words[first + 3] as number) * width;
+  const alongZ = (words[first + 4] as number) * width;
+  const differing = words[first + 5] as number;
+  const ofX = mask(differing, 0);
+  const ofY = mask(differing, 1);
+  const ofZ = mask(differing, 2);
+  const ofOrigin = mask(differing, 3);
   for (let i = 0; i < count; i += 1) {
-    const sin = sine(num(numbers, degrees + i));
-    const cos = cosine(num(numbers, degrees + i));
-    for (let axis = i; axis < AXIS; axis += WIDTH) {
-      const from = num(numbers, u + axis);
-      const into = num(numbers, v + axis);
-      numbers[to + axis] = from * cos + into * sin;
-      numbers[to + AXIS + axis] = into * cos - from * sin;
-    }
+    const u = num(numbers, alongX + i);
+    const v = num(numbers, alongY + i);
+    const w = num(numbers, alongZ + i);
+    let a = x + (i & ofX);
+    let b = y + (i & ofY);
+    let c = z + (i & ofZ);
+    let d = origin + (i & ofOrigin);
+    let e = to + i;
+    numbers[e | 0] = num(numbers, a) * u + num(numbers, b) * v + num(numbers, c) * w + num(numbers, d);
+    a += width;
+    b += width;
+    c += width;
+    d += width;
+    e += width;
+    numbers[e | 0] = num(numbers, a) * u + num(numbers, b) * v + num(numbers, c) * w + num(numbers, d);
+    a += width;
+    b += width;
+    c += width;
+    d += width;
+    e += width;
+    numbers[e | 0] = num(numbers, a) * u + num(numbers, b) * v + num(numbers, c) * w + num(numbers, d);
   }
-  return to;
 }
 
-/** An axis as many times as long as a column says. */
-function stretch(columns: Columns, axis: number, factors: number): number {
-  const to = columns.open(3);
-  const { numbers, count } = columns;
-  for (let along = 0; along < AXIS; along += WIDTH) {
+/** Turns two axes, from one to the other; they come to lie one behind the other. The angle lies behind in words. */
+export function swing(
+  numbers: Float64Array,
+  to: number,
+  u: number,
+  v: number,
+  words: Int32Array,
+  first: number,
+  width: number,
+  count: number,
+): void {
+  const { sines, cosines } = directions(numbers, (words[first] as number) * width, count);
+  const differing = words[first + 1] as number;
+  const ofU = mask(differing, 0);
+  const ofV = mask(differing, 1);
+  const turned = to + 3 * width;
+  for (let i = 0; i < count; i += 1) {
+    const sin = num(sines, i);
+    const cos = num(cosines, i);
+    const a = u + (i & ofU);
+    const b = v + (i & ofV);
+    const fromX = num(numbers, a);
+    const intoX = num(numbers, b);
+    const fromY = num(numbers, a + width);
+    const intoY = num(numbers, b + width);
+    const fromZ = num(numbers, a + 2 * width);
+    const intoZ = num(numbers, b + 2 * width);
+    const c = to + i;
+    const d = turned + i;
+    numbers[c | 0] = fromX * cos + intoX * sin;
+    numbers[(c + width) | 0] = fromY * cos + intoY * sin;
+    numbers[(c + 2 * width) | 0] = fromZ * cos + intoZ * sin;
+    numbers[d | 0] = intoX * cos - fromX * sin;
+    numbers[(d + width) | 0] = intoY * cos - fromY * sin;
+    numbers[(d + 2 * width) | 0] = intoZ * cos - fromZ * sin;
+  }
+}
+
+/** Makes an axis as many times as long. */
+export function stretch(
+  numbers: Float64Array,
+  to: number,
+  axis: number,
+  factors: number,
+  width: number,
+  count: number,
+): void {
+  for (let along = 0; along < 3 * width; along += width) {
     for (let i = 0; i < count; i += 1) {
       numbers[to + along + i] = num(numbers, axis + along + i) * num(numbers, factors + i);
     }
   }
-  return to;
-}
-
-/** Whether all numbers by which a pose differs from the one before are so small. */
-export function isWithin(columns: Columns, pose: Pose, before: Pose, most: number): boolean {
-  const isNear = (axis: number, known: number) => axis === known || columns.areWithin(axis, 3, most);
-  return (
-    isNear(pose.x, before.x) &&
-    isNear(pose.y, before.y) &&
-    isNear(pose.z, before.z) &&
-    isNear(pose.origin, before.origin)
-  );
-}
-
-/** The turtle of one turn, behind another. */
-export function turtleOf({ numbers }: Columns, pose: Pose, turn: number, turtles: Turtles, behind: number): number {
-  const at = turtles.painted(behind, pose.material);
-  const to = turtles.numbers;
-  for (let i = 0; i < 3; i += 1) {
-    to[at + i] = num(numbers, pose.x + WIDTH * i + turn);
-    to[at + 3 + i] = num(numbers, pose.y + WIDTH * i + turn);
-    to[at + 6 + i] = num(numbers, pose.z + WIDTH * i + turn);
-    to[at + 9 + i] = num(numbers, pose.origin + WIDTH * i + turn);
-  }
-  return at;
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }

@@ -2,6 +2,7 @@
  * Which random number belongs to a place? A hash of the seed and of the way that led there, as in
  * `crates/scene/src/procedural/random.rs`: MurmurHash3's (Appleby 2011), one word at a time.
  */
+import { num } from "./numbers.ts";
 
 const bits = new DataView(new ArrayBuffer(8));
 
@@ -11,8 +12,17 @@ function rotatedLeft(word: number, by: number): number {
 
 /** The path after one more word. */
 export function step(path: number, word: number): number {
-  const scrambled = Math.imul(rotatedLeft(Math.imul(word, 0xcc9e2d51), 15), 0x1b873593);
-  return (Math.imul(rotatedLeft(path ^ scrambled, 13), 5) + 0xe6546b64) | 0;
+  return stepScrambled(path, scrambled(word));
+}
+
+/** A word as it is put to a path. */
+export function scrambled(word: number): number {
+  return Math.imul(rotatedLeft(Math.imul(word, 0xcc9e2d51), 15), 0x1b873593);
+}
+
+/** The path after one more word that is scrambled. */
+export function stepScrambled(path: number, word: number): number {
+  return (Math.imul(rotatedLeft(path ^ word, 13), 5) + 0xe6546b64) | 0;
 }
 
 /** The path after the bits of a number: the low word first. */
@@ -143,8 +153,4 @@ export function addNoise(
     const far = c + (d - c) * s;
     sums[i] = num(sums, i) + weight * (near + (far - near) * fade(v));
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }

@@ -3,6 +3,7 @@
  * `crates/scene/src/procedural/syntax.rs`: variables are slots already, calls are joined to what they call by `link.ts`.
  */
 import type { Code } from "./plain/code.ts";
+import type { Plan } from "./plain/plan.ts";
 import type { SolidKind } from "./solid/kinds.ts";
 
 /** Index in the text of a module. */
@@ -193,6 +194,8 @@ export type Statement =
       readonly slots: readonly number[];
       readonly over: Row;
       readonly body: Statement;
+      /** What does several turns at one go; as {@link Row.code}. */
+      plan: Plan | null | undefined;
     }
   | {
       readonly kind: "scatter";
@@ -218,6 +221,7 @@ export type Statement =
       /** Width, depth and steps along them. */
       readonly over: Row;
       readonly height: Row;
+      plan: Plan | null | undefined;
     };
 
 export type Operator = "+" | "-" | "*" | "/" | "==" | "!=" | "<" | "<=" | ">" | ">=";

@@ -2,21 +2,19 @@
  * Where is the turtle? What it is told is handed down and never up: so a turtle is a place on a stack, thirteen numbers
  * behind the one that it comes from. As `crates/scene/src/procedural/affine.rs`, without making anything on the way.
  */
+
 import { type Affine, after, IDENTITY } from "./affine.ts";
 import { cosine, sine } from "./arithmetic.ts";
+import { num } from "./numbers.ts";
+import { WIDTH } from "./plain/columns.ts";
+import type { Pose } from "./plain/plan.ts";
 
 /** Three axes, an origin and the material. */
 export const FRAME = 12;
-const SIZE = FRAME + 1;
+/** What a turtle is: its frame and its material. */
+export const SIZE = FRAME + 1;
 /** Where the axes begin in it. */
 const [X, Y, Z, ORIGIN] = [0, 3, 6, 9] as const;
-
-/** Farthest move and largest scale, so that a model stays within reach of numbers. */
-export const FARTHEST = 1e9;
-/** Smallest scale, either way. */
-export const LEAST_SCALE = 1e-6;
-/** What is asked of the numbers of a statement that moves, turns or stretches. */
-export const MOVE = [0, 1, 2].map(() => ({ what: "a transform", min: -FARTHEST, max: FARTHEST }));
 
 export type Axis = "x" | "y" | "z";
 
@@ -100,13 +98,36 @@ export class Turtles {
   /** Whether all its numbers are so small. */
   isWithin(at: number, most: number): boolean {
     const { numbers } = this;
-    const squares =
-      square(numbers, at + X) + square(numbers, at + Y) + square(numbers, at + Z) + square(numbers, at + ORIGIN);
+    let squares = 0;
+    for (let i = at; i < at + FRAME; i += 1) squares += num(numbers, i) * num(numbers, i);
     if (squares < most * most) return true;
     for (let i = at; i < at + FRAME; i += 1) {
       if (!(Math.abs(num(numbers, i)) <= most)) return false;
     }
     return true;
+  }
+
+  /** The same of its axes, of which each number is smaller, and its origin. */
+  mayTurn(at: number, longest: number, farthest: number): boolean {
+    const { numbers } = this;
+    for (let i = at; i < at + FRAME; i += 1) {
+      if (!(Math.abs(num(numbers, i)) <= (i < at + ORIGIN ? longest : farthest))) return false;
+    }
+    return true;
+  }
+
+  /** One that is somewhere else, by a turn of columns of numbers; with room for as many others between. */
+  among(of: number, columns: Float64Array, pose: Pose, turn: number, material: number, between = 0): number {
+    const at = this.room(of + between * SIZE);
+    const { numbers } = this;
+    for (let i = 0; i < 3; i += 1) {
+      numbers[at + X + i] = num(columns, (pose.x + i) * WIDTH + turn);
+      numbers[at + Y + i] = num(columns, (pose.y + i) * WIDTH + turn);
+      numbers[at + Z + i] = num(columns, (pose.z + i) * WIDTH + turn);
+      numbers[at + ORIGIN + i] = num(columns, (pose.origin + i) * WIDTH + turn);
+    }
+    numbers[at + FRAME] = material;
+    return at;
   }
 
   /** Its frame, to be kept. */
@@ -139,16 +160,12 @@ export class Turtles {
   private room(of: number): number {
     const at = of + SIZE;
     if (at + SIZE > this.numbers.length) {
-      const wide = new Float64Array(2 * this.numbers.length);
+      const wide = new Float64Array(2 * (at + SIZE));
       wide.set(this.numbers);
       this.numbers = wide;
     }
     return at;
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }
 
 // Written out, because compilers of browsers make much of loops over so little.
@@ -164,12 +181,4 @@ function swing(numbers: Float64Array, u: number, v: number, sin: number, cos: nu
   const to = num(numbers, v);
   numbers[u] = from * cos + to * sin;
   numbers[v] = to * cos - from * sin;
-}
-
-/** The square of a vector's length. */
-function square(numbers: Float64Array, at: number): number {
-  const x = num(numbers, at);
-  const y = num(numbers, at + 1);
-  const z = num(numbers, at + 2);
-  return x * x + y * y + z * z;
 }

@@ -1,7 +1,7 @@
 /** Where does a call lead? Along an edge of the graph. As `crates/scene/src/procedural/evaluator/call.rs`. */
 import type { Scope } from "../plain/machine.ts";
 import { step } from "../random.ts";
-import type { Rule } from "../syntax.ts";
+import type { Call, Rule } from "../syntax.ts";
 import { Parts } from "./parts.ts";
 import type { Turtle } from "./state.ts";
 
@@ -15,7 +15,18 @@ export abstract class Calls extends Parts {
       return;
     }
     const rule = this.module(call.module).rules[call.index] as Rule;
-    const inner = this.bound(scope, call, rule, depth, step(scope.path, call.site));
+    this.enterRule(scope, turtle, call, rule, this.bound(scope, call, rule, depth, step(scope.path, call.site)));
+  }
+
+  /** The same for a rule or part of this file, whose arguments are computed: from a place of the stack on. */
+  protected followGiven(scope: Scope, turtle: Turtle, index: number, first: number): void {
+    const call = this.called(scope, index);
+    const depth = this.deeper(scope, call.at);
+    const rule = this.module(call.module).rules[call.index] as Rule;
+    this.enterRule(scope, turtle, call, rule, this.boundTo(scope, call, rule, depth, first));
+  }
+
+  private enterRule(scope: Scope, turtle: Turtle, call: Call, rule: Rule, inner: Scope): void {
     if (rule.isPart) this.placePart(scope, call, turtle, rule, inner);
     else this.visitRule(turtle, rule, call.index, inner);
     this.stack.close(inner.base);

@@ -5,15 +5,13 @@
 import type { Affine } from "../affine.ts";
 import type { Scope } from "../plain/machine.ts";
 import { fraction, step } from "../random.ts";
+import { MAX_COUNT, type Range } from "../ranges.ts";
 import { outline } from "../solid/polygon.ts";
 import type { At, Statement } from "../syntax.ts";
 import type { Value } from "../value.ts";
-import type { Range } from "./expressions.ts";
 import { SideBySide } from "./sidebyside.ts";
 import { type Turtle, withPath } from "./state.ts";
 
-/** Most members of one population. */
-const MAX_COUNT = 1_048_576;
 /** Largest extent of one, metres. */
 const MAX_EXTENT = 1e6;
 /** The plastic number's inverse and its square: steps of the most even sequence in the plane (Roberts 2018). */

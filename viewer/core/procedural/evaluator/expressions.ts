@@ -6,21 +6,14 @@ import { atan2, cosine, power, sine } from "../arithmetic.ts";
 import { DIVISION_BY_ZERO, notComputed, outOfRange, shown } from "../error.ts";
 import { MAX_LIST, MAX_LIST_DEPTH, reached } from "../limits.ts";
 import { fractal, isWhole, MAX_NOISE, MAX_OCTAVES, MAX_POWER } from "../operation.ts";
-import type { Frame } from "../plain/columns.ts";
 import type { Scope } from "../plain/machine.ts";
 import { fraction, step } from "../random.ts";
+import type { Range } from "../ranges.ts";
 import type { At, Expr, Operator, Row, Written } from "../syntax.ts";
 import { type List, listOf, sizeOf, type Value } from "../value.ts";
 import { Plain } from "./plain.ts";
 
 type Kind<K extends Expr["kind"]> = Extract<Expr, { kind: K }>;
-
-/** What a number is for, and what it may be. */
-export interface Range {
-  readonly what: string;
-  readonly min: number;
-  readonly max: number;
-}
 
 export abstract class Expressions extends Plain {
   /** The value of a function of the file. */
@@ -58,19 +51,6 @@ export abstract class Expressions extends Plain {
       return this.within(scope, at, this.number(scope, at, expr, what), what, min, max);
     });
     this.give(...numbers);
-  }
-
-  /** Computes a row of numbers, so many nodes deep, for all turns side by side; whether that was possible. */
-  protected rangedForTurns(frame: Frame, row: Row, ranges: readonly Range[], nesting: number): boolean {
-    if (!this.computedForTurns(frame, row, nesting)) return false;
-    for (let i = 0; i < row.of.length; i += 1) {
-      const { min, max } = ranges[i] as Range;
-      for (let turn = 0; turn < this.columns.count; turn += 1) {
-        const number = this.takenInTurn(i, turn);
-        if (!(min <= number && number <= max)) return false;
-      }
-    }
-    return true;
   }
 
   private areWithin(count: number, ranges: readonly Range[]): boolean {

@@ -20,11 +20,16 @@ export abstract class Materials extends Modules {
     const call = this.called(scope, index);
     const rule = this.module(call.module).materials[call.index] as MaterialRule;
     const inner = this.bound(scope, call, rule, scope.depth, stepName(this.seed, rule.name));
-    const args = this.stack.slice(inner.base, rule.slots);
-    this.countLists(scope, call.at, args);
+    const { stack } = this;
     let known = this.knownMaterials.at(call.module).at(call.index).at(inner.instance);
-    for (const value of args) known = known.of(value);
+    for (let i = 0; i < rule.slots; i += 1) {
+      const value = stack.get(inner.base + i);
+      // A number is compared at one go.
+      if (typeof value !== "number") this.countLists(scope, call.at, [value]);
+      known = known.of(value);
+    }
     if (known.index === undefined) {
+      const args = stack.slice(inner.base, rule.slots);
       const limit = this.limits.materials;
       if (this.materials.length >= limit) throw this.error(scope.module, call.at, reached("materials", limit));
       this.keep(scope.module, call.at, KEY_NUMBERS + sizesOf(args));
@@ -35,10 +40,9 @@ export abstract class Materials extends Modules {
   }
 
   /** The same of a material without arguments, of the same file, when it has been computed before. */
-  protected knownSurface({ module, instance }: Scope, index: number): number | "not yet" | undefined {
-    const { alias, index: rule } = this.module(module).calls[index] as Call;
-    if (alias !== undefined || this.module(module).materials[rule]?.slots !== 0) return undefined;
-    return this.knownMaterials.at(module).at(rule).at(instance).index ?? "not yet";
+  protected knownSurface({ module, instance }: Scope, index: number): number | undefined {
+    const { index: rule } = this.module(module).calls[index] as Call;
+    return this.knownMaterials.at(module).at(rule).at(instance).index;
   }
 
   private computedSurface(scope: Scope, rule: MaterialRule): Surface {

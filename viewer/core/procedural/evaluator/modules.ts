@@ -5,7 +5,7 @@ import { reached } from "../limits.ts";
 import type { Scope } from "../plain/machine.ts";
 import { step } from "../random.ts";
 import { Globals } from "../stack.ts";
-import type { At, Call, Formal, Parameter, Row } from "../syntax.ts";
+import type { Argument, At, Call, Formal, Parameter, Row } from "../syntax.ts";
 import { sizeOf, sizesOf, stepValue, type Value } from "../value.ts";
 import { Terminals } from "./terminals.ts";
 
@@ -69,9 +69,27 @@ export abstract class Modules extends Terminals {
     const base = stack.open(slots);
     const inner: Scope = { module: call.module, instance, base, path, depth, level: 0 };
     this.bindArguments(scope, call, base);
-    for (const slot of call.missing) {
-      this.keepSingle(inner, formals[slot]?.initial as Row, base + slot);
+    this.bindDefaults(inner, call, formals);
+    return inner;
+  }
+
+  private bindDefaults(inner: Scope, { missing }: Call, formals: readonly Formal[]): void {
+    for (let i = 0; i < missing.length; i += 1) {
+      const slot = missing[i] as number;
+      this.keepSingle(inner, formals[slot]?.initial as Row, inner.base + slot);
     }
+  }
+
+  /** The same for a call of the same file, whose arguments are computed and lie one behind the other at a place of the stack. */
+  protected boundTo(scope: Scope, call: Call, { formals, slots }: Framed, depth: number, first: number): Scope {
+    const { stack } = this;
+    const base = stack.open(slots);
+    const { module, instance } = scope;
+    const inner: Scope = { module, instance, base, path: step(scope.path, call.site), depth, level: 0 };
+    for (let i = 0; i < call.slots.length; i += 1) {
+      stack.numbers[base + (call.slots[i] as number)] = stack.numbers[first + i] as number;
+    }
+    this.bindDefaults(inner, call, formals);
     return inner;
   }
 
@@ -82,9 +100,10 @@ export abstract class Modules extends Terminals {
       for (let i = 0; i < slots.length; i += 1) numbers[base + (slots[i] as number)] = this.taken(i);
       return;
     }
-    given.forEach(({ at, of }, i) => {
+    for (let i = 0; i < given.length; i += 1) {
+      const { at, of } = given[i] as Argument;
       this.stack.set(base + (slots[i] as number), this.value(scope, at, of));
-    });
+    }
   }
 
   /** Whose globals the callee sees: those of the caller, or an imported file's with its defaults. */

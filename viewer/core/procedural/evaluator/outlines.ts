@@ -3,16 +3,15 @@
  * written out in the text are computed at one go, without making lists of them.
  */
 import { MAX_CORNERS } from "../limits.ts";
-import { type Code, RESULTS } from "../plain/code.ts";
+import { type Code, isEmpty, RESULTS } from "../plain/code.ts";
 import { WIDTH } from "../plain/columns.ts";
 import type { Scope } from "../plain/machine.ts";
+import type { Plan } from "../plain/plan.ts";
+import { MAX_LENGTH } from "../ranges.ts";
 import { Faces } from "../solid/flat.ts";
 import type { At, Row } from "../syntax.ts";
 import type { List, Value } from "../value.ts";
 import { Expressions } from "./expressions.ts";
-
-/** Largest length of a solid, metres. */
-export const MAX_LENGTH = 1e6;
 
 export abstract class Outlines extends Expressions {
   /** The last points or corners: three or two numbers each. */
@@ -129,10 +128,12 @@ export abstract class Outlines extends Expressions {
     return true;
   }
 
-  /** Takes coordinates of one turn, in so many columns. */
-  protected takeTurn(first: number, count: number, turn: number): void {
-    const { points, columns } = this;
-    for (let i = 0; i < count; i += 1) points[i] = columns.numbers[first + WIDTH * i + turn] as number;
+  /** Takes coordinates of one turn of a plan. */
+  protected takeTurn({ columns }: Plan, registers: Int32Array, turn: number): void {
+    const { points } = this;
+    for (let i = 0; i < registers.length; i += 1) {
+      points[i] = columns[(registers[i] as number) * WIDTH + turn] as number;
+    }
   }
 
   private makeRoom(numbers: number): void {
@@ -152,7 +153,7 @@ export abstract class Outlines extends Expressions {
 
 /** Whether all that it says is written out. */
 export function isConstant({ words, locals, globals }: Code): boolean {
-  return words.length === 1 && locals.length === 0 && globals.length === 0;
+  return isEmpty(words) && locals.length === 0 && globals.length === 0;
 }
 
 /** Numbers of a list; none when one is no number or too large. */

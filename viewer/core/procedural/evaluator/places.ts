@@ -1,7 +1,7 @@
 /** Where do statements before a statement move it? */
 import type { Scope } from "../plain/machine.ts";
+import { FARTHEST, LEAST_SCALE, MOVE } from "../ranges.ts";
 import type { At, Row, Statement, Transform } from "../syntax.ts";
-import { FARTHEST, LEAST_SCALE, MOVE } from "../turtles.ts";
 import { Enumerators } from "./enumerators.ts";
 import type { Turtle } from "./state.ts";
 

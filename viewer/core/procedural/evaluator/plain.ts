@@ -5,21 +5,21 @@
 import type { Amounts } from "../limits.ts";
 import type { Program } from "../link.ts";
 import { type Code, RESULTS } from "../plain/code.ts";
-import { Columns, type Frame, WIDTH } from "../plain/columns.ts";
 import { codeOf } from "../plain/compiler.ts";
 import { Machine, type Scope } from "../plain/machine.ts";
+import type { Plan } from "../plain/plan.ts";
+import { Turns } from "../plain/turns.ts";
 import type { Row } from "../syntax.ts";
 import { State } from "./state.ts";
 
 export class Plain extends State {
-  /** What differs from turn to turn, where turns of a loop are computed side by side. */
-  protected readonly columns = new Columns();
   private readonly machine: Machine;
-  private readonly due = { steps: 0, nesting: 0, levels: 0 };
+  private readonly turns: Turns;
 
   constructor(program: Program, seed: number, detail: number, limits: Readonly<Amounts>) {
     super(program, seed, detail, limits);
     this.machine = new Machine(seed, detail);
+    this.turns = new Turns(this.machine, detail);
   }
 
   /** A number of the row that was computed last. */
@@ -27,19 +27,14 @@ export class Plain extends State {
     return this.machine.registers[RESULTS + index] as number;
   }
 
-  /** The same of one of several turns. */
-  protected takenInTurn(index: number, turn: number): number {
-    return this.machine.registers[(RESULTS + index) * WIDTH + turn] as number;
-  }
-
   /** Numbers that were computed node by node, in place of results. */
   protected give(...numbers: readonly number[]): void {
     this.machine.put(numbers);
   }
 
-  /** The same with those of one turn, in so many columns. */
-  protected giveTurn(first: number, count: number, turn: number): void {
-    this.machine.putTurn(this.columns.numbers, first + turn, count);
+  /** The same with those of one turn of a plan. */
+  protected giveTurn({ columns }: Plan, registers: Int32Array, turn: number): void {
+    this.machine.putTurn(columns, registers, turn);
   }
 
   /** Whether a row was computed, within limits; {@link paid} when it will do, else its nodes are to be visited. */
@@ -49,64 +44,30 @@ export class Plain extends State {
     return this.isWithinLimits(scope);
   }
 
-  /** The same of a code whose results are known. */
-  protected affords(scope: Scope, code: Code): boolean {
+  /** The same of a code or a turn whose results are known. */
+  protected affords(scope: Scope, code: Pick<Code, "cost">): boolean {
     this.machine.skip(code, 1);
     return this.isWithinLimits(scope);
   }
 
-  /** So many turns are computed side by side from now on. */
-  protected beginTurns(count: number): void {
-    this.columns.begin(count);
-    this.due.steps = 0;
-    this.due.nesting = 0;
-    this.due.levels = 0;
+  /** Whether all is computed that so many turns have in common. */
+  protected prepared(plan: Plan, scope: Scope, most: number): boolean {
+    return this.turns.prepare(plan, scope, this.stack, this.globals(scope), most);
   }
 
-  /** The code that has computed a row for all turns, so many nodes deep; nothing when that is not possible. */
-  protected computedForTurns(frame: Frame, row: Row, nesting: number): Code | undefined {
-    const { scope } = frame;
-    const code = row.code === undefined ? this.codeFor(scope, row) : row.code;
-    if (!code?.isStraight) return undefined;
-    const { machine, columns } = this;
-    if (!code.columns && !this.hasRoomFor(scope, code)) return undefined;
-    if (!machine.runTurns(code, frame, columns, this.stack, this.globals(scope))) return undefined;
-    this.owe(machine.steps, nesting + machine.nesting, scope.depth + machine.levels);
-    return code;
+  /** The paths of turns that are computed next. */
+  protected get paths(): Int32Array {
+    return this.turns.paths;
   }
 
-  /** Keeps so many results of all turns; where their columns begin. */
-  protected keptColumns(index: number, count: number): number {
-    return this.columns.copied(this.machine.registers, (RESULTS + index) * WIDTH, count);
+  /** Whether so many turns were computed, and could be paid. */
+  protected computedTurns(plan: Plan, scope: Scope, count: number): boolean {
+    return this.computesTurns(plan, scope, count) && this.isWithinLimits(scope) && this.paid(scope);
   }
 
-  /** Counts what all turns together take, before it is known whether that can be paid. */
-  protected owe(steps: number, nesting: number, levels: number): void {
-    const { due } = this;
-    due.steps += steps;
-    if (nesting > due.nesting) due.nesting = nesting;
-    if (levels > due.levels) due.levels = levels;
-  }
-
-  /** Counts what was owed, if it is within limits. */
-  protected paysForTurns(): boolean {
-    const { due, limits, usage } = this;
-    const steps = usage.steps + due.steps;
-    const nesting = this.nesting + due.nesting;
-    if (steps > limits.steps || nesting > limits.nesting || due.levels > limits.levels) return false;
-    usage.steps = steps;
-    if (nesting > usage.nesting) usage.nesting = nesting;
-    if (due.levels > usage.levels) usage.levels = due.levels;
-    return true;
-  }
-
-  /** Whether there is room for columns of the registers of a code. */
-  private hasRoomFor({ module }: Scope, { registers }: Code): boolean {
-    const file = this.module(module);
-    const taken = 2 * WIDTH * registers.length;
-    if (taken > file.room) return false;
-    file.room -= taken;
-    return true;
+  /** Whether they were computed. */
+  protected computesTurns(plan: Plan, scope: Scope, count: number): boolean {
+    return this.turns.run(plan, scope, this.stack, this.globals(scope), count);
   }
 
   private isWithinLimits({ depth }: Scope): boolean {

@@ -2,18 +2,21 @@
 import { Reach } from "../bounds.ts";
 import { Fault } from "../error.ts";
 import type { Wish } from "../grown.ts";
-import { MAX_CORNERS, MAX_SIDES, MAX_STEPS, reached } from "../limits.ts";
-import { type Frame, WIDTH } from "../plain/columns.ts";
+import { MAX_CORNERS, MAX_STEPS, reached } from "../limits.ts";
+import { copy, WIDTH } from "../plain/columns.ts";
 import type { Scope } from "../plain/machine.ts";
+import type { Plan, Planned } from "../plain/plan.ts";
+import { fieldOf } from "../plain/planner.ts";
+import { HEIGHT, MAX_LENGTH, RANGES, type Range, type Simple } from "../ranges.ts";
 import { type Faces, looksAt, writeBox, writeHeights, writeMesh, writePrism } from "../solid/flat.ts";
 import { SIDES } from "../solid/kinds.ts";
 import { Mesh } from "../solid/mesh.ts";
 import { outline } from "../solid/polygon.ts";
 import { writeCone, writeLathe, writeSphere } from "../solid/round.ts";
+import { areTriangles, writeSheaf } from "../solid/sheaf.ts";
 import { Writer } from "../solid/writer.ts";
 import type { At, Row, Statement } from "../syntax.ts";
-import type { Range } from "./expressions.ts";
-import { MAX_LENGTH, Outlines } from "./outlines.ts";
+import { Outlines } from "./outlines.ts";
 import type { Turtle } from "./state.ts";
 
 /** Shortest way of a round of steps. */
@@ -23,18 +26,6 @@ const [MOST_FRAMES, MOST_HEIGHT_PX] = [16, 4096];
 
 const NO_PHASE =
   "`frames` needs a parameter `phase` of this part or file, by which it moves; give it one, such as `phase = 0`";
-
-const upTo = (max: number, ...names: string[]): Range[] => names.map((what) => ({ what, min: 0, max }));
-
-/** Numbers of solids, as they are computed one after the other. */
-export const RANGES = {
-  box: upTo(MAX_LENGTH, "width", "height", "depth"),
-  cone: [...upTo(MAX_LENGTH, "radius", "top", "height"), ...upTo(MAX_SIDES, "sides"), ...upTo(1, "closed")],
-  cylinder: [...upTo(MAX_LENGTH, "radius", "height"), ...upTo(MAX_SIDES, "sides"), ...upTo(1, "closed")],
-  sphere: [...upTo(MAX_LENGTH, "radius"), ...upTo(MAX_SIDES, "sides")],
-  lathe: [...upTo(MAX_SIDES, "sides"), ...upTo(1, "smooth")],
-  prism: upTo(MAX_LENGTH, "height"),
-} as const;
 
 const WISH: readonly Range[] = [
   { what: "views", min: 2, max: 12 },
@@ -50,11 +41,8 @@ const FIELD: readonly Range[] = [
   { what: "steps", min: 1, max: MAX_STEPS },
   { what: "steps", min: 1, max: MAX_STEPS },
 ];
-const HEIGHT: readonly Range[] = [{ what: "a height", min: -MAX_LENGTH, max: MAX_LENGTH }];
 
 type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
-/** Solids that are nothing but numbers. */
-export type Simple = "box" | "cone" | "cylinder" | "sphere";
 
 export abstract class Terminals extends Outlines {
   private readonly writer = new Writer();
@@ -211,6 +199,18 @@ export abstract class Terminals extends Outlines {
     this.ends();
   }
 
+  /** Adds meshes that are sound in turns from one on, if there is room for all of them; before which one that ended. */
+  protected addSheaf(plan: Plan, planned: Planned, material: number, turn: number, end: number): number {
+    const { extent, limits, usage } = this;
+    const { faces } = planned;
+    if (!faces || !areTriangles(faces)) return turn;
+    if (usage.triangles + (end - turn - 1) * faces.count + faces.length > limits.triangles) return turn;
+    const mesh = meshOf(this.growing(this.part).meshes, material);
+    const done = writeSheaf(mesh, this.reach(this.part), extent, plan.columns, planned, faces, turn, end);
+    usage.triangles += (done - turn) * faces.count;
+    return done;
+  }
+
   /** Says what is wrong with the first face that is not sound, if counting those before comes so far. */
   private refuseFaces(scope: Scope, at: At, { places }: Row, { ends, count }: Faces): void {
     for (let face = 0; face < count; face += 1) {
@@ -228,7 +228,8 @@ export abstract class Terminals extends Outlines {
   }
 
   /** A sample for each grid point, and one more around them for the slopes at the border. */
-  protected drawHeights(scope: Scope, turtle: Turtle, { at, slots, over, height }: Kind<"heights">): void {
+  protected drawHeights(scope: Scope, turtle: Turtle, statement: Kind<"heights">): void {
+    const { at, over } = statement;
     this.rangedRow(scope, over, FIELD);
     const size = [this.taken(0), this.taken(1)] as const;
     const steps = [Math.floor(this.taken(2)), Math.floor(this.taken(3))] as const;
@@ -238,19 +239,15 @@ export abstract class Terminals extends Outlines {
     }
     const row = steps[0] + 3;
     const heights = new Float64Array(row * (steps[1] + 3));
-    let [low, high] = [Infinity, -Infinity];
-    const x = (i: number) => size[0] * ((i - 1) / steps[0] - 0.5);
+    const xs = Float64Array.from({ length: row }, (_, i) => size[0] * ((i - 1) / steps[0] - 0.5));
     for (let j = 0; j < steps[1] + 3; j += 1) {
       const z = size[1] * ((j - 1) / steps[1] - 0.5);
-      for (let first = 0; first < row; first += WIDTH) {
-        const count = Math.min(WIDTH, row - first);
-        const areDone = this.heightsAtOnce(scope, slots, height, x, first, z, count);
-        for (let i = 0; i < count; i += 1) {
-          if (!areDone) this.heightAt(scope, slots, height, x(first + i), z);
-          heights[j * row + first + i] = areDone ? this.takenInTurn(0, i) : this.taken(0);
-        }
+      const done = this.heightsAtOnce(scope, statement, xs, z, heights, j * row);
+      for (let i = done; i < row; i += 1) {
+        heights[j * row + i] = this.heightAt(scope, statement, xs[i] as number, z);
       }
     }
+    let [low, high] = [Infinity, -Infinity];
     // Without the samples around the rectangle.
     for (let j = 1; j < steps[1] + 2; j += 1) {
       for (let i = j * row + 1; i < (j + 1) * row - 1; i += 1) {
@@ -265,32 +262,38 @@ export abstract class Terminals extends Outlines {
     this.ends();
   }
 
-  private heightAt(scope: Scope, slots: readonly [number, number], height: Row, x: number, z: number): void {
+  private heightAt(scope: Scope, { slots, height }: Kind<"heights">, x: number, z: number): number {
     this.assign(scope, slots[0], x);
     this.assign(scope, slots[1], z);
     this.rangedRow(scope, height, HEIGHT);
+    return this.taken(0);
   }
 
-  /** Whether so many heights of a row, from the one at x(first) on, were computed side by side. */
+  /** Computes heights of a row side by side; before which one that ended. */
   private heightsAtOnce(
     scope: Scope,
-    slots: readonly [number, number],
-    height: Row,
-    x: (i: number) => number,
-    first: number,
+    statement: Kind<"heights">,
+    xs: Float64Array,
     z: number,
-    count: number,
-  ): boolean {
-    const { columns } = this;
-    this.beginTurns(count);
-    const path = columns.filledPaths(scope.path);
-    const [ofX, ofZ] = [columns.open(1), columns.open(1)];
-    columns.fill(ofZ, z);
-    for (let i = 0; i < count; i += 1) columns.numbers[ofX + i] = x(first + i);
-    const frame: Frame = { scope, path, columns: [], hasStack: true };
-    frame.columns[slots[0]] = ofX;
-    frame.columns[slots[1]] = ofZ;
-    return this.rangedForTurns(frame, height, HEIGHT, 0) && this.paysForTurns();
+    heights: Float64Array,
+    row: number,
+  ): number {
+    if (statement.plan === undefined) {
+      statement.plan = fieldOf(this.module(scope.module), statement.slots, statement.height);
+    }
+    const { plan } = statement;
+    if (!plan) return 0;
+    const { columns, turn, all, result } = plan;
+    columns[all * WIDTH] = z;
+    if (!this.prepared(plan, scope, xs.length)) return 0;
+    this.paths.fill(scope.path);
+    for (let first = 0; first < xs.length; first += WIDTH) {
+      const count = Math.min(WIDTH, xs.length - first);
+      copy(xs, first, columns, turn * WIDTH, count);
+      if (!this.computedTurns(plan, scope, count)) return first;
+      copy(columns, result * WIDTH, heights, row + first, count);
+    }
+    return xs.length;
   }
 
   /** What a part asks for. */

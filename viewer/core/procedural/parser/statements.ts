@@ -209,7 +209,7 @@ export class StatementParser extends ExpressionParser {
     const over = rowOf("values", this.written());
     return this.enclosed(() => {
       const slots = names.map((name) => this.bind(name));
-      return { kind: "for", at, site, slots, over, body: this.statement() };
+      return { kind: "for", at, site, slots, over, body: this.statement(), plan: undefined };
     });
   }
 
@@ -256,7 +256,7 @@ export class StatementParser extends ExpressionParser {
     this.expect("=");
     return this.enclosed(() => {
       const slots: [number, number] = [this.bind(x), this.bind(z)];
-      return { kind: "heights", at, slots, over, height: rowOf("numbers", this.written()) };
+      return { kind: "heights", at, slots, over, height: rowOf("numbers", this.written()), plan: undefined };
     });
   }
 }

@@ -11,18 +11,13 @@ export interface Code {
   /** Of rows of numbers: how many there are in each, and in all that are alike; 0 when they differ. */
   readonly lengths: readonly number[];
   readonly width: number;
-  /** Whether it does the same in each turn of a loop: it has no branches, and asks for no items. */
-  readonly isStraight: boolean;
   /** Its own, with its constants in their places. */
   readonly registers: Float64Array;
-  /** The same for turns side by side, a column for each; made when it is first computed so. */
-  columns: Float64Array | undefined;
   /** Pairs of a slot and the register that its value is copied to. */
   readonly globals: Int32Array;
   readonly locals: Int32Array;
   /** Whose globals were copied last, with the level of detail; each evaluation has files of its own. */
   file: Globals | undefined;
-  fileOfColumns: Globals | undefined;
   readonly cost: Readonly<Cost>;
   /** What its rows of constants say, when that was found to be faces. */
   faces: Faces | undefined;
@@ -37,13 +32,17 @@ export interface Cost {
   levels: number;
 }
 
-/** So many that a word holds what to do with three of them, one of eight bits above the other. */
 export const MOST_REGISTERS = 256;
-export const MOST_WORDS = 4096;
+export const MOST_WORDS = 8192;
 
-/** A word: what it says, the register of the result and those of what it is made of. */
-export function wordOf(says: number, to: number, a: number, b: number): number {
-  return says | (to << 8) | (a << 16) | (b << 24);
+/** What to do, in two words: what they say with the register of the result above it, and those of what it is made of. */
+export function wordsOf(says: number, to: number, a: number, b: number): [number, number] {
+  return [says | (to << 8), a | (b << 16)];
+}
+
+/** Whether there is nothing to do but to end. */
+export function isEmpty(words: Int32Array): boolean {
+  return words.length === 2;
 }
 
 /** Registers that are always there. */
@@ -51,8 +50,8 @@ export const DETAIL = 0;
 export const LEVEL = 1;
 export const RESULTS = 2;
 
-// What a word says, and what it says it of when that is not the register of a result and two others. Some words are
-// followed by plain numbers.
+// What words say, and what they say it of when that is not the register of a result and two others. Some are followed by
+// plain numbers.
 export const END = 0;
 export const MOVE = 1;
 export const ADD = 2;
@@ -75,6 +74,7 @@ export const FLOOR = 17;
 export const MAX = 18;
 export const MIN = 19;
 export const MOD = 20;
+/** Register, x, z. How many octaves follows. */
 export const NOISE = 21;
 export const POWER = 22;
 export const ROUND = 23;
@@ -102,6 +102,16 @@ export const JUMP = 34;
 export const JUMP_IF_NOT = 35;
 /** Nothing, a register. */
 export const CHECK = 36;
+/** Nothing, a register, the least. The register of the most follows. */
+export const WITHIN = 37;
+/** Nothing, a register, how near to 0 it may be, either way. */
+export const APART = 38;
+/** Three registers, where an x axis and a y axis begin. A z axis, an origin, three numbers along these axes and bits follow. */
+export const MOVED = 39;
+/** Six registers, two axes. The angle by which they turn, from the first to the second, and bits follow. */
+export const SWUNG = 40;
+/** Three registers, an axis, how many times as long it gets. */
+export const STRETCHED = 41;
 
 /** Where a list is. */
 export const AMONG_LOCALS = 0;
@@ -131,7 +141,6 @@ export const FUNCTIONS: Readonly<Partial<Record<BuiltIn, number>>> = {
   max: MAX,
   min: MIN,
   mod: MOD,
-  noise: NOISE,
   power: POWER,
   round: ROUND,
   sin: SIN,

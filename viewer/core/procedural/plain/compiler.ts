@@ -2,20 +2,21 @@
  * Which code computes a row of expressions at one go? Most of what rules compute is numbers made of numbers; functions are
  * written out where they are called. As `made_plain` in `crates/scene/src/procedural/evaluator/plain.rs`.
  */
+import { MAX_OCTAVES } from "../operation.ts";
 import type { Expr, FunctionRule, Module, Row, Written } from "../syntax.ts";
 import * as code from "./code.ts";
 
 /** Thrown at what cannot be computed at one go. */
-class NotPlain extends Error {}
+export class NotPlain extends Error {}
 
-const NOT_PLAIN = new NotPlain();
+export const NOT_PLAIN = new NotPlain();
 
 /** Most that one code visits, and how deep: functions that call each other twice would make it long, and deep. */
-const MOST_STEPS = 4096;
+export const MOST_STEPS = 4096;
 const MOST_NESTING = 128;
 
 /** What a code takes besides its words and registers, about, in words. */
-const OVERHEAD = 64;
+export const OVERHEAD = 64;
 
 /** The code of a row of a module; `null` when it is to be visited node by node. */
 export function codeOf(module: Module, row: Row): code.Code | null {
@@ -32,38 +33,47 @@ export function codeOf(module: Module, row: Row): code.Code | null {
 }
 
 /** What is in reach where an expression stands. */
-interface Reach {
-  /** Arguments of the function that is written out: their registers; `undefined` in what is not inside of one. */
-  readonly given: readonly number[] | undefined;
+export interface Reach {
+  /** Registers of values by their slots: what a loop or a call gives. */
+  readonly given: (number | undefined)[];
+  /** Whether other values lie on the stack. */
+  readonly hasStack: boolean;
+  /** The register of the level; a function has none. */
+  readonly level: (() => number) | undefined;
   /** Words that calls have added to the path. */
   readonly sites: readonly number[];
-  /** Functions that are being written out. */
+  /** Functions that are being written out, and how many rules around them. */
   readonly functions: readonly FunctionRule[];
+  readonly calls: number;
+}
+
+/** Where the visit of a statement of a rule begins. */
+export function outermost(): Reach {
+  return { given: [], hasStack: true, level: () => code.LEVEL, sites: [], functions: [], calls: 0 };
 }
 
 type Kind<K extends Expr["kind"]> = Extract<Expr, { kind: K }>;
 
-class Compiler {
-  private readonly words: number[] = [];
-  private readonly constants: [value: number, to: number][] = [];
+export class Compiler {
+  protected readonly words: number[] = [];
+  protected readonly constants: [value: number, to: number][] = [];
   /** Registers of what was computed, by how. */
-  private readonly known = new Map<string, number>();
-  private readonly globals: [slot: number, to: number][] = [];
-  private readonly locals: [slot: number, to: number][] = [];
-  private registers = code.RESULTS;
-  private visited = 0;
+  protected readonly known = new Map<string, number>();
+  protected readonly globals: [slot: number, to: number][] = [];
+  protected readonly locals: [slot: number, to: number][] = [];
+  protected registers = code.RESULTS;
+  visited = 0;
   /** Branches around what is being made. */
   private forks = 0;
-  private isStraight = true;
-  private cost: code.Cost = { steps: 0, nesting: 0, levels: 0 };
+  protected cost: code.Cost = { steps: 0, nesting: 0, levels: 0 };
 
-  constructor(private readonly module: Module) {}
+  constructor(protected readonly module: Module) {}
 
   row({ of, as }: Row): code.Code {
     const { cost } = this;
-    const reach: Reach = { given: undefined, sites: [], functions: [] };
+    const reach = outermost();
     const lengths: number[] = [];
-    const wanted = as === "rows" ? this.items(of[0] as Expr, lengths) : of;
+    const wanted = as === "rows" ? this.items(of[0] as Expr, 0, lengths) : of;
     this.registers += wanted.length;
     if (this.registers > code.MOST_REGISTERS) throw NOT_PLAIN;
     wanted.forEach((expr, i) => {
@@ -71,7 +81,7 @@ class Compiler {
       if (as === "numbers") this.number(expr, 0, reach, to);
       else this.value(expr, as === "rows" ? 2 : 0, reach, to);
     });
-    this.emit(code.wordOf(code.END, 0, 0, 0));
+    this.emit(...code.wordsOf(code.END, 0, 0, 0));
     const registers = new Float64Array(this.registers);
     for (const [value, to] of this.constants) registers[to] = value;
     return {
@@ -79,39 +89,36 @@ class Compiler {
       results: wanted.length,
       lengths,
       width: lengths.every((length) => length === lengths[0]) ? (lengths[0] ?? 0) : 0,
-      isStraight: this.isStraight,
       registers,
-      columns: undefined,
       globals: Int32Array.from(this.globals.flat()),
       locals: Int32Array.from(this.locals.flat()),
       file: undefined,
-      fileOfColumns: undefined,
       cost,
       faces: undefined,
     };
   }
 
   /** All numbers of a list of lists that is written out. */
-  private items(list: Expr, lengths: number[]): Expr[] {
+  protected items(list: Expr, nesting: number, lengths: number[]): readonly Expr[] {
     if (list.kind !== "list") throw NOT_PLAIN;
-    this.take(1);
+    this.take(nesting + 1);
     return list.items.flatMap((row) => {
       if (row.kind !== "list") throw NOT_PLAIN;
-      this.take(2);
+      this.take(nesting + 2);
       lengths.push(row.items.length);
       return row.items;
     });
   }
 
   /** A node so deep inside of others. */
-  private take(nesting: number): void {
+  protected take(nesting: number): void {
     this.cost.steps += 1;
     this.cost.nesting = Math.max(this.cost.nesting, nesting);
     this.visited += 1;
     if (this.visited > MOST_STEPS || nesting > MOST_NESTING) throw NOT_PLAIN;
   }
 
-  private register(): number {
+  protected register(): number {
     if (this.registers === code.MOST_REGISTERS) throw NOT_PLAIN;
     this.registers += 1;
     return this.registers - 1;
@@ -123,14 +130,14 @@ class Compiler {
   }
 
   /** Code for a number, where one is wanted; the register in which it lies, `to` when that is given. */
-  private number(expr: Expr, nesting: number, reach: Reach, to?: number): number {
+  protected number(expr: Expr, nesting: number, reach: Reach, to?: number): number {
     return expr.kind === "number" || expr.kind === "local"
       ? this.computed(expr, nesting, reach, to)
       : this.value(expr, nesting, reach, to);
   }
 
   /** The same where any value is wanted: that visits numbers and locals too. */
-  private value(expr: Expr, nesting: number, reach: Reach, to?: number): number {
+  protected value(expr: Expr, nesting: number, reach: Reach, to?: number): number {
     this.take(nesting + 1);
     return this.computed(expr, nesting + 1, reach, to);
   }
@@ -147,7 +154,7 @@ class Compiler {
       case "detail":
         return this.moved(code.DETAIL, to);
       case "level":
-        return reach.given ? this.constant(0, to) : this.moved(code.LEVEL, to);
+        return reach.level ? this.moved(reach.level(), to) : this.constant(0, to);
       case "minus":
         // −0 is a number of its own among the constants.
         if (expr.of.kind === "number") return this.constant(-expr.of.value, to);
@@ -156,6 +163,8 @@ class Compiler {
         return this.made(code.NOT, to, number(expr.of), 0);
       case "binary": {
         const [left, right] = [number(expr.left), number(expr.right)];
+        // What is not finite would not show.
+        if (expr.operator === "/" && expr.right.kind !== "number") this.checked(right);
         const isTurned = expr.operator === ">" || expr.operator === ">=";
         return this.made(code.OPERATORS[expr.operator], to, isTurned ? right : left, isTurned ? left : right);
       }
@@ -174,12 +183,12 @@ class Compiler {
     }
   }
 
-  private made(word: number, to: number | undefined, a: number, b: number, ...more: readonly number[]): number {
+  protected made(word: number, to: number | undefined, a: number, b: number, ...more: readonly number[]): number {
     const key = [word, a, b, ...more].join();
     const known = this.known.get(key);
     if (known !== undefined) return this.moved(known, to);
     const result = to ?? this.register();
-    this.emit(code.wordOf(word, result, a, b), ...more);
+    this.emit(...code.wordsOf(word, result, a, b), ...more);
     // What is computed only sometimes is not there at other times; octaves are counted when they are computed.
     if (this.forks === 0 && word !== code.MOVE && word !== code.FRACTAL) this.known.set(key, result);
     return result;
@@ -189,7 +198,7 @@ class Compiler {
     return to === undefined ? from : this.made(code.MOVE, to, from, 0);
   }
 
-  private constant(value: number, to: number | undefined): number {
+  protected constant(value: number, to: number | undefined): number {
     return this.loaded(this.constants, value, to);
   }
 
@@ -203,8 +212,11 @@ class Compiler {
     return register;
   }
 
-  private local(slot: number, { given }: Reach, to: number | undefined): number {
-    return given ? this.moved(given[slot] as number, to) : this.loaded(this.locals, slot, to);
+  protected local(slot: number, { given, hasStack }: Reach, to: number | undefined): number {
+    const register = given[slot];
+    if (register !== undefined) return this.moved(register, to);
+    if (!hasStack) throw NOT_PLAIN;
+    return this.loaded(this.locals, slot, to);
   }
 
   private slotOf({ use }: Kind<"global">): number {
@@ -212,7 +224,7 @@ class Compiler {
   }
 
   /** What is computed only sometimes; what that takes is counted on the way. */
-  private branches(expr: Kind<"and" | "or" | "if">, nesting: number, reach: Reach, to: number): number {
+  protected branches(expr: Kind<"and" | "or" | "if">, nesting: number, reach: Reach, to: number): number {
     if (expr.kind === "if") {
       const condition = this.number(expr.condition, nesting, reach);
       this.fork(
@@ -231,11 +243,10 @@ class Compiler {
 
   /** One or the other. */
   private fork(condition: number, yes: () => void, no: () => void): void {
-    this.isStraight = false;
-    this.emit(code.wordOf(code.JUMP_IF_NOT, 0, condition, 0), 0);
+    this.emit(...code.wordsOf(code.JUMP_IF_NOT, 0, condition, 0), 0);
     const otherwise = this.words.length - 1;
     this.counted(yes);
-    this.emit(code.wordOf(code.JUMP, 0, 0, 0), 0);
+    this.emit(...code.wordsOf(code.JUMP, 0, 0, 0), 0);
     const end = this.words.length - 1;
     this.words[otherwise] = this.words.length;
     this.counted(no);
@@ -247,7 +258,7 @@ class Compiler {
     const outer = this.cost;
     this.forks += 1;
     this.cost = { steps: 0, nesting: 0, levels: 0 };
-    this.emit(code.wordOf(code.COST, 0, 0, 0), 0, 0, 0);
+    this.emit(...code.wordsOf(code.COST, 0, 0, 0), 0, 0, 0);
     const at = this.words.length - 3;
     make();
     this.forks -= 1;
@@ -271,11 +282,10 @@ class Compiler {
     return this.made(code.ITEM, to, where, 0, slot, numbers.length, ...numbers);
   }
 
-  private listed(of: Expr, { given }: Reach): readonly [where: number, slot: number] {
-    this.isStraight = false;
+  protected listed(of: Expr, { hasStack }: Reach): readonly [where: number, slot: number] {
     if (of.kind === "global") return [code.AMONG_GLOBALS, this.slotOf(of)];
     // Arguments of functions lie in registers, and lists cannot.
-    if (of.kind !== "local" || given) throw NOT_PLAIN;
+    if (of.kind !== "local" || !hasStack) throw NOT_PLAIN;
     return [code.AMONG_LOCALS, of.slot];
   }
 
@@ -297,10 +307,25 @@ class Compiler {
     }
     if (third !== undefined) {
       if (name === "mix") this.cost.steps += 1;
+      if (name === "clamp") {
+        for (const [i, register] of [a, b, third].entries()) if (args[i]?.of.kind !== "number") this.checked(register);
+      }
+      const octaves = args[2]?.of.kind === "number" ? Math.floor(args[2].of.value) : 0;
+      if (name === "fractal" && octaves >= 1 && octaves <= MAX_OCTAVES) {
+        this.cost.steps += octaves;
+        return this.made(code.NOISE, to, a, b, octaves);
+      }
       const word = name === "clamp" ? code.CLAMP : name === "mix" ? code.MIX : code.FRACTAL;
       return this.made(word, to, a, b, third);
     }
-    if (name === "noise") this.cost.steps += 1;
+    if (name === "noise") {
+      this.cost.steps += 1;
+      return this.made(code.NOISE, to, a, b, 1);
+    }
+    // By squaring that is the same, and what is not finite shows.
+    if (name === "power" && args[1]?.of.kind === "number" && args[1].of.value === 2) {
+      return this.made(code.MULTIPLY, to, a, a);
+    }
     return this.made(code.FUNCTIONS[name] as number, to, a, b);
   }
 
@@ -310,7 +335,7 @@ class Compiler {
     const rule = this.module.functions[call?.index ?? -1];
     if (!call || !rule || call.alias !== undefined || reach.functions.includes(rule)) throw NOT_PLAIN;
     const functions = [...reach.functions, rule];
-    this.cost.levels = Math.max(this.cost.levels, functions.length);
+    this.cost.levels = Math.max(this.cost.levels, reach.calls + functions.length);
     const given: number[] = [];
     const defaults = call.missing.map((slot) => rule.formals[slot]?.initial?.of[0] as Expr);
     // What is amiss with an argument must not be lost with it.
@@ -322,7 +347,8 @@ class Compiler {
     call.slots.forEach((slot, i) => {
       give(slot, call.row.of[i] as Expr, reach);
     });
-    const inner = { given, sites: [...reach.sites, call.site], functions };
+    const sites = [...reach.sites, call.site];
+    const inner: Reach = { given, hasStack: false, level: undefined, sites, functions, calls: reach.calls };
     call.missing.forEach((slot, i) => {
       give(slot, defaults[i] as Expr, inner);
     });
@@ -330,19 +356,22 @@ class Compiler {
   }
 
   /** Code that gives up where a register holds no finite number. */
-  private checked(register: number): void {
+  protected checked(register: number): void {
     const key = `${code.CHECK},${register}`;
     if (this.known.has(key)) return;
-    this.emit(code.wordOf(code.CHECK, 0, register, 0));
+    this.emit(...code.wordsOf(code.CHECK, 0, register, 0));
     if (this.forks === 0) this.known.set(key, register);
   }
 }
 
 /** Whether an expression is a finite number before anything is computed, or a list. */
-function isThere(expr: Expr, reach: Reach): boolean {
+export function isThere(expr: Expr, reach: Reach): boolean {
   if (expr.kind === "minus") return expr.of.kind === "number";
   return (
-    expr.kind === "number" || expr.kind === "detail" || expr.kind === "level" || (expr.kind === "local" && !reach.given)
+    expr.kind === "number" ||
+    expr.kind === "detail" ||
+    expr.kind === "level" ||
+    (expr.kind === "local" && reach.hasStack && reach.given[expr.slot] === undefined)
   );
 }
 

@@ -2,12 +2,15 @@
  * What do the words of a code compute? Numbers, in registers: nothing is made on the way. Where anything is amiss it gives
  * up, and the nodes are visited one by one, which says what and where.
  */
+
 import { atan2, cosine, power, sine } from "../arithmetic.ts";
-import { fractals, fractalsOf, isWhole, random } from "../operation.ts";
+import { num } from "../numbers.ts";
+import { fractals, fractalsOf, isWhole, randoms, randomsBetween } from "../operation.ts";
+import { move, stretch, swing } from "../poses.ts";
 import { type Globals, NO_NUMBER, type Stack } from "../stack.ts";
 import type { List, Value } from "../value.ts";
 import * as code from "./code.ts";
-import { type Columns, copy, type Frame, WIDTH } from "./columns.ts";
+import { copy, WIDTH } from "./columns.ts";
 
 /** Where names are looked up, and which random numbers belong here. */
 export interface Scope {
@@ -39,11 +42,14 @@ export class Machine {
 
   /** Whether all results are in their registers now: finite numbers. */
   run(made: code.Code, scope: Scope, stack: Stack, file: Globals): boolean {
-    const { registers, locals } = made;
+    const { registers, globals, locals } = made;
     const { numbers } = stack;
     this.registers = registers;
     if (made.file !== file) {
-      this.load(made, registers, 1, file);
+      for (let i = 0; i < globals.length; i += 2) {
+        registers[globals[i + 1] as number] = file.numbers[globals[i] as number] as number;
+      }
+      registers[code.DETAIL] = this.detail;
       made.file = file;
     }
     for (let i = 0; i < locals.length; i += 2) {
@@ -52,36 +58,14 @@ export class Machine {
     registers[code.LEVEL] = scope.level;
     this.path[0] = scope.path;
     this.skip(made, 1);
-    return this.finishes(made, registers, 1, 1, this.path, 0, scope, stack, file);
-  }
-
-  /** The same for turns side by side, of a code that does the same in each: the registers are columns. */
-  runTurns(made: code.Code, frame: Frame, columns: Columns, stack: Stack, file: Globals): boolean {
-    const { count } = columns;
-    const { locals } = made;
-    const { scope } = frame;
-    made.columns ??= columnsOf(made.registers);
-    const registers = made.columns;
-    this.registers = registers;
-    if (made.fileOfColumns !== file) {
-      this.load(made, registers, WIDTH, file);
-      made.fileOfColumns = file;
-    }
-    for (let i = 0; i < locals.length; i += 2) {
-      const slot = locals[i] as number;
-      const to = (locals[i + 1] as number) * WIDTH;
-      const column = frame.columns[slot];
-      if (column !== undefined) copy(columns.numbers, column, registers, to, count);
-      else if (frame.hasStack) fill(registers, to, stack.numbers[scope.base + slot] as number, count);
-      else return false;
-    }
-    if (registers[code.LEVEL * WIDTH] !== scope.level) fill(registers, code.LEVEL * WIDTH, scope.level, WIDTH);
-    this.skip(made, count);
-    return this.finishes(made, registers, WIDTH, count, columns.paths, frame.path, scope, stack, file);
+    const { words } = made;
+    if (!code.isEmpty(words) && !this.compute(words, registers, 1, 1, this.path, scope, stack, file)) return false;
+    // Of what is not finite, nothing is 0.
+    return amissIn(registers, code.RESULTS, made.results) === 0;
   }
 
   /** Takes what a code takes in so many turns that has no branches. */
-  skip({ cost }: code.Code, turns: number): void {
+  skip({ cost }: { readonly cost: Readonly<code.Cost> }, turns: number): void {
     this.steps = cost.steps * turns;
     this.nesting = cost.nesting;
     this.levels = cost.levels;
@@ -93,54 +77,26 @@ export class Machine {
     this.registers.set(numbers, code.RESULTS);
   }
 
-  /** The same with those of one turn of columns. */
-  putTurn(numbers: Float64Array, first: number, count: number): void {
+  /** The same with those of one turn, in the columns of these registers. */
+  putTurn(columns: Float64Array, registers: Int32Array, turn: number): void {
     const { given } = this;
     this.registers = given;
-    for (let i = 0; i < count; i += 1) given[code.RESULTS + i] = numbers[first + WIDTH * i] as number;
-  }
-
-  private load({ globals }: code.Code, registers: Float64Array, width: number, file: Globals): void {
-    for (let i = 0; i < globals.length; i += 2) {
-      const number = file.numbers[globals[i] as number] as number;
-      fill(registers, (globals[i + 1] as number) * width, number, width);
+    for (let i = 0; i < registers.length; i += 1) {
+      given[code.RESULTS + i] = columns[(registers[i] as number) * WIDTH + turn] as number;
     }
-    fill(registers, code.DETAIL * width, this.detail, width);
-  }
-
-  private finishes(
-    made: code.Code,
-    registers: Float64Array,
-    width: number,
-    count: number,
-    paths: Int32Array,
-    path: number,
-    scope: Scope,
-    stack: Stack,
-    file: Globals,
-  ): boolean {
-    const { words } = made;
-    const isThere = words.length === 1;
-    if (!isThere && !this.compute(words, registers, width, count, paths, path, scope, stack, file)) return false;
-    // Of what is not finite, nothing is 0.
-    let amiss = 0;
-    for (let result = code.RESULTS; result < code.RESULTS + made.results; result += 1) {
-      amiss += amissIn(registers, result * width, count);
-    }
-    return amiss === 0;
   }
 
   /**
    * Whether it came to its end in so many turns, which lie side by side in registers of that width. What is not finite shows in
-   * the results, but where it is compared, divided by, or given to a function that may not look at it.
+   * the results, but where it is compared, divided by, or given to a function that may not look at it: some look themselves, for
+   * others words come before or behind.
    */
-  private compute(
+  compute(
     words: Int32Array,
     registers: Float64Array,
     width: number,
     count: number,
     paths: Int32Array,
-    path: number,
     scope: Scope,
     stack: Stack,
     file: Globals,
@@ -148,11 +104,12 @@ export class Machine {
     const { seed } = this;
     for (let at = 0; ; ) {
       const word = words[at] as number;
-      at = (at + 1) | 0;
-      const to = Math.imul((word >>> 8) & 0xff, width);
+      const sides = words[at + 1] as number;
+      at = (at + 2) | 0;
+      const to = Math.imul(word >>> 8, width);
       // Not all words are about registers; what is not is not read.
-      const a = Math.imul((word >>> 16) & 0xff, width);
-      const b = Math.imul(word >>> 24, width);
+      const a = Math.imul(sides & 0xffff, width);
+      const b = Math.imul(sides >>> 16, width);
       switch (word & 0xff) {
         case 0 satisfies typeof code.END:
           return true;
@@ -160,129 +117,125 @@ export class Machine {
           copy(registers, a, registers, to, count);
           break;
         case 2 satisfies typeof code.ADD:
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) + num(registers, b + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) + num(registers, b + i);
           break;
         case 3 satisfies typeof code.SUBTRACT:
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) - num(registers, b + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) - num(registers, b + i);
           break;
         case 4 satisfies typeof code.MULTIPLY:
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) * num(registers, b + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) * num(registers, b + i);
           break;
         case 5 satisfies typeof code.DIVIDE:
-          if (amissIn(registers, b, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) / num(registers, b + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) / num(registers, b + i);
           break;
         case 6 satisfies typeof code.EQUAL:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1)
-            registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 1 : 0;
+            registers[(to + i) | 0] = num(registers, a + i) === num(registers, b + i) ? 1 : 0;
           break;
         case 7 satisfies typeof code.UNEQUAL:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1)
-            registers[to + i] = num(registers, a + i) === num(registers, b + i) ? 0 : 1;
+            registers[(to + i) | 0] = num(registers, a + i) === num(registers, b + i) ? 0 : 1;
           break;
         case 8 satisfies typeof code.LESS:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) < num(registers, b + i) ? 1 : 0;
+          for (let i = 0; i < count; i += 1)
+            registers[(to + i) | 0] = num(registers, a + i) < num(registers, b + i) ? 1 : 0;
           break;
         case 9 satisfies typeof code.AT_MOST:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) <= num(registers, b + i) ? 1 : 0;
+          for (let i = 0; i < count; i += 1)
+            registers[(to + i) | 0] = num(registers, a + i) <= num(registers, b + i) ? 1 : 0;
           break;
         case 10 satisfies typeof code.MINUS:
-          for (let i = 0; i < count; i += 1) registers[to + i] = -num(registers, a + i);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = -num(registers, a + i);
           break;
         case 11 satisfies typeof code.NOT:
           if (amissIn(registers, a, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) === 0 ? 1 : 0;
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) === 0 ? 1 : 0;
           break;
         case 12 satisfies typeof code.TRUTH:
           if (amissIn(registers, a, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = num(registers, a + i) === 0 ? 0 : 1;
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = num(registers, a + i) === 0 ? 0 : 1;
           break;
         case 13 satisfies typeof code.ABS:
-          for (let i = 0; i < count; i += 1) registers[to + i] = Math.abs(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = Math.abs(num(registers, a + i));
           break;
         case 14 satisfies typeof code.ATAN2:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
-          for (let i = 0; i < count; i += 1) registers[to + i] = atan2(num(registers, a + i), num(registers, b + i));
+          for (let i = 0; i < count; i += 1)
+            registers[(to + i) | 0] = atan2(num(registers, a + i), num(registers, b + i));
           break;
         case 15 satisfies typeof code.CEIL:
-          for (let i = 0; i < count; i += 1) registers[to + i] = -Math.floor(-num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = -Math.floor(-num(registers, a + i));
           break;
         case 16 satisfies typeof code.COS:
-          for (let i = 0; i < count; i += 1) registers[to + i] = cosine(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = cosine(num(registers, a + i));
           break;
         case 17 satisfies typeof code.FLOOR:
-          for (let i = 0; i < count; i += 1) registers[to + i] = Math.floor(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = Math.floor(num(registers, a + i));
           break;
         case 18 satisfies typeof code.MAX:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1) {
-            registers[to + i] =
+            registers[(to + i) | 0] =
               num(registers, a + i) > num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
           }
           break;
         case 19 satisfies typeof code.MIN:
           if (amissIn(registers, a, count) + amissIn(registers, b, count) !== 0) return false;
           for (let i = 0; i < count; i += 1) {
-            registers[to + i] =
+            registers[(to + i) | 0] =
               num(registers, a + i) < num(registers, b + i) ? num(registers, a + i) : num(registers, b + i);
           }
           break;
         case 20 satisfies typeof code.MOD:
           for (let i = 0; i < count; i += 1) {
             const whole = Math.floor(num(registers, a + i) / num(registers, b + i));
-            registers[to + i] = num(registers, a + i) - num(registers, b + i) * whole;
+            registers[(to + i) | 0] = num(registers, a + i) - num(registers, b + i) * whole;
           }
           break;
         case 21 satisfies typeof code.NOISE:
-          fractals(seed, registers, a, b, 1, count, to);
+          fractals(seed, registers, a, b, words[at] as number, count, to);
+          at += 1;
           break;
         case 22 satisfies typeof code.POWER:
           if (amissIn(registers, a, count) !== 0) return false;
           for (let i = 0; i < count; i += 1) {
             if (!isWhole(num(registers, b + i))) return false;
-            registers[to + i] = power(num(registers, a + i), num(registers, b + i));
+            registers[(to + i) | 0] = power(num(registers, a + i), num(registers, b + i));
           }
           break;
         case 23 satisfies typeof code.ROUND:
-          for (let i = 0; i < count; i += 1) registers[to + i] = Math.floor(num(registers, a + i) + 0.5);
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = Math.floor(num(registers, a + i) + 0.5);
           break;
         case 24 satisfies typeof code.SIN:
-          for (let i = 0; i < count; i += 1) registers[to + i] = sine(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = sine(num(registers, a + i));
           break;
         case 25 satisfies typeof code.SQRT:
-          for (let i = 0; i < count; i += 1) registers[to + i] = Math.sqrt(num(registers, a + i));
+          for (let i = 0; i < count; i += 1) registers[(to + i) | 0] = Math.sqrt(num(registers, a + i));
           break;
         case 26 satisfies typeof code.RANDOM: {
           const sites = words[at] as number;
-          for (let i = 0; i < count; i += 1)
-            registers[to + i] = random(paths[path + i] as number, words, at + 1, sites);
+          randoms(paths, words, at + 1, sites, count, registers, to);
           at += 1 + sites;
           break;
         }
         case 27 satisfies typeof code.RANDOM_BETWEEN: {
           const sites = words[at] as number;
-          for (let i = 0; i < count; i += 1) {
-            const part = random(paths[path + i] as number, words, at + 1, sites);
-            registers[to + i] = num(registers, a + i) + (num(registers, b + i) - num(registers, a + i)) * part;
-          }
+          randomsBetween(paths, words, at + 1, sites, count, registers, a, b, to);
           at += 1 + sites;
           break;
         }
         case 28 satisfies typeof code.CLAMP: {
           const c = (words[at] as number) * width;
-          let amiss = 0;
           for (let i = 0; i < count; i += 1) {
             const number = num(registers, a + i);
             const least = num(registers, b + i);
             const most = num(registers, c + i);
-            amiss += number - number + (least - least) + (most - most);
-            registers[to + i] = number < least ? least : number > most ? most : number;
+            registers[(to + i) | 0] = number < least ? least : number > most ? most : number;
           }
-          if (amiss !== 0) return false;
           at += 1;
           break;
         }
@@ -290,7 +243,7 @@ export class Machine {
           const part = (words[at] as number) * width;
           for (let i = 0; i < count; i += 1) {
             const from = num(registers, a + i);
-            registers[to + i] = from + (num(registers, b + i) - from) * num(registers, part + i);
+            registers[(to + i) | 0] = from + (num(registers, b + i) - from) * num(registers, part + i);
           }
           at += 1;
           break;
@@ -334,17 +287,35 @@ export class Machine {
         case 36 satisfies typeof code.CHECK:
           if (amissIn(registers, a, count) !== 0) return false;
           break;
+        case 37 satisfies typeof code.WITHIN: {
+          const least = num(registers, b);
+          const most = num(registers, (words[at] as number) * width);
+          for (let i = 0; i < count; i += 1) {
+            const number = num(registers, a + i);
+            if (!(least <= number && number <= most)) return false;
+          }
+          at += 1;
+          break;
+        }
+        case 38 satisfies typeof code.APART: {
+          const least = num(registers, b);
+          for (let i = 0; i < count; i += 1) if (!(Math.abs(num(registers, a + i)) >= least)) return false;
+          break;
+        }
+        case 39 satisfies typeof code.MOVED:
+          move(registers, to, a, b, words, at, width, count);
+          at += 6;
+          break;
+        case 40 satisfies typeof code.SWUNG:
+          swing(registers, to, a, b, words, at, width, count);
+          at += 2;
+          break;
+        case 41 satisfies typeof code.STRETCHED:
+          stretch(registers, to, a, b, width, count);
+          break;
       }
     }
   }
-}
-
-function num(registers: Float64Array, at: number): number {
-  return registers[at] as number;
-}
-
-function fill(registers: Float64Array, at: number, number: number, count: number): void {
-  for (let i = 0; i < count; i += 1) registers[at + i] = number;
 }
 
 /** 0 when all of so many numbers are finite, else not a number. */
@@ -352,15 +323,6 @@ function amissIn(registers: Float64Array, at: number, count: number): number {
   let amiss = 0;
   for (let i = 0; i < count; i += 1) amiss += num(registers, at + i) - num(registers, at + i);
   return amiss;
-}
-
-/** A column of each register. */
-function columnsOf(registers: Float64Array): Float64Array {
-  const columns = new Float64Array(WIDTH * registers.length);
-  registers.forEach((number, register) => {
-    fill(columns, WIDTH * register, number, WIDTH);
-  });
-  return columns;
 }
 
 /** The list at a place, if there is one. */

@@ -1,5 +1,7 @@
 /** Which triangles do boxes, prisms, sets of polygons and height fields have? */
+
 import { MAX_CORNERS } from "../limits.ts";
+import { num } from "../numbers.ts";
 import { Ears, newell, newellOfThree, refuseUneven, turn } from "./polygon.ts";
 import type { Writer } from "./writer.ts";
 
@@ -208,8 +210,4 @@ export function writeHeights(
       writer.triangle(near + i, far + i + 1, near + i + 1);
     }
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }

@@ -2,8 +2,10 @@
  * How is a polygon filled with triangles? By cutting off its ears (Meisters 1975). Polygons lie in a plane with axes x and
  * z and are seen from above, that is from +y. Corners are two numbers each.
  */
+
 import { Fault, notFlat, POLYGON } from "../error.ts";
 import { MAX_CORNERS } from "../limits.ts";
+import { num } from "../numbers.ts";
 
 /** Puts corners into counter-clockwise order, whichever way round they are. */
 export function outline(corners: Float64Array, count: number): void {
@@ -191,8 +193,4 @@ export function refuseUneven(points: Float64Array, corners: Int32Array, count: n
   // What has no area is refused for that.
   if (off <= MOST_UNEVEN * whole || whole === 0) return;
   throw new Fault(0, notFlat(off / whole));
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }

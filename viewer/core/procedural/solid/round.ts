@@ -1,6 +1,8 @@
 /** Which triangles do cones, spheres and turned profiles have? Rings around the y axis, joined by strips. */
+
 import { cosine, sine } from "../arithmetic.ts";
 import { MAX_CORNERS } from "../limits.ts";
+import { num } from "../numbers.ts";
 import type { Writer } from "./writer.ts";
 
 /** A ring is four numbers: radius, y, and how far its normals lean outwards and upwards. */
@@ -140,8 +142,4 @@ function writeDisc(writer: Writer, circle: Float64Array, radius: number, y: numb
     if (up > 0) writer.triangle(first, next - 1, next);
     else writer.triangle(first, next, next - 1);
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }

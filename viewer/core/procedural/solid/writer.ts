@@ -1,4 +1,5 @@
 /** How do triangles come into a mesh? Placed by the turtle's frame. */
+import { num } from "../numbers.ts";
 import { Mesh } from "./mesh.ts";
 
 /** Where writers are aimed at first. */
@@ -214,10 +215,6 @@ export class Writer {
     points[at + 2] = num(placed, 3 * corner + 2);
     this.finish(at);
   }
-}
-
-function num(numbers: Float64Array, at: number): number {
-  return numbers[at] as number;
 }
 
 function copy(of: Float64Array, from: number, to: Float64Array, at: number): void {
