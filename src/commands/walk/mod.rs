@@ -231,10 +231,10 @@ fn short_of_memory(outcome: &Outcome, limit_bytes: u64) -> Option<String> {
     let memory = &outcome.memory;
     let cell = memory.needed_in.filter(|_| memory.short_cells > 0)?;
     Some(format!(
-        "--memory {} is less than the {} that {cell} and its neighbours take; give at least {}",
+        "--memory {limit_bytes} ({}) is less than {cell} and its neighbours take; give at least {} ({})",
         bytes(limit_bytes),
-        bytes(memory.needed_bytes),
-        memory.needed_bytes
+        memory.needed_bytes,
+        bytes(memory.needed_bytes)
     ))
 }
 
