@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::walks::{LATENCY_MS, Walked, Way, World, walk_through};
+use super::walks::{LATENCY_MS, Tight, Walked, Way, World, walk_through};
 use crate::{
     host::{Baked, Host},
     models::content,
@@ -119,7 +119,7 @@ pub fn section(measured: &Measured) -> Section {
         ],
         ..Section::default()
     };
-    let (mut rows, mut sizes) = (Vec::new(), Vec::new());
+    let (mut rows, mut sizes, mut memories) = (Vec::new(), Vec::new(), Vec::new());
     for (place, world) in &measured.worlds {
         let paper = &MODELS[*place];
         let name = format!("{} / {}", paper.name, world.name);
@@ -203,6 +203,10 @@ pub fn section(measured: &Measured) -> Section {
             world.with.waste(),
             percent,
         ));
+        if let Some(tight) = &world.tight {
+            memories.push(memory_row(&name, tight));
+            section.goals.extend(memory_goals(&name, tight));
+        }
         sizes.push(vec![
             name,
             format!("{} / {}", count(paper.polygons), count(world.triangles)),
@@ -243,5 +247,51 @@ pub fn section(measured: &Measured) -> Section {
         .into(),
         rows: sizes,
     });
+    section.tables.push(Table {
+        caption: "The walks with no rules once more, within the least memory that holds the coarsest of all that a cell and its neighbours see".to_owned(),
+        head: [
+            "model",
+            "memory",
+            "worst frame",
+            "objects that found no room, over all frames",
+            "went",
+            "came again",
+            "… near all the time",
+            "sharp; without a limit",
+        ]
+        .map(str::to_owned)
+        .into(),
+        rows: memories,
+    });
     section
+}
+
+fn memory_row(name: &str, tight: &Tight) -> Vec<String> {
+    let [ample, sharp] = tight.sharp.map(shown);
+    let mut row = vec![
+        name.to_owned(),
+        kilobytes(tight.limit_bytes),
+        shown(tight.min),
+        count(tight.missing),
+    ];
+    row.extend(tight.bytes.map(kilobytes));
+    row.push(format!("{sharp}; {ample}"));
+    row
+}
+
+fn memory_goals(name: &str, tight: &Tight) -> [Goal; 2] {
+    let [_, _, near] = tight.bytes;
+    let what = |what: &str| format!("{name}, within the least memory: {what}");
+    [
+        Goal::at_most(what("objects that found no room"), 0.0, tight.missing as f64, |found| {
+            count(found as u64)
+        }),
+        Goal::at_most(what("came again though near all the time"), 0.0, near as f64, |found| {
+            kilobytes(found as u64)
+        }),
+    ]
+}
+
+fn kilobytes(bytes: u64) -> String {
+    format!("{:.1} kB", bytes as f64 / 1e3)
 }

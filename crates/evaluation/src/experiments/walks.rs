@@ -55,6 +55,26 @@ pub struct World {
     pub with: Walked,
     /// With it, where nothing is grown from rules: levels and smooth LODs alone.
     pub without_rules: Walked,
+    /// The same within the least memory that holds a cell and its neighbours; not there where that was not measured.
+    #[serde(default)]
+    pub tight: Option<Tight>,
+}
+
+/// What became of walks within little memory.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Tight {
+    /// The limit, bytes.
+    pub limit_bytes: u64,
+    /// Quality of the worst frame after all in sight was there for the first time.
+    pub min: Option<f64>,
+    /// Objects in sight that found no room, summed over frames.
+    pub missing: u64,
+    /// Cells for which that memory does not suffice.
+    pub short_cells: u64,
+    /// Bytes: those that went, those of them that came again, and those of these that were near all the time.
+    pub bytes: [u64; 3],
+    /// Share of objects that were as sharp as the eye can tell; without a limit, and with it.
+    pub sharp: [Option<f64>; 2],
 }
 
 /// What became of the walks.
@@ -124,9 +144,13 @@ pub fn walk_through(
         }
         anyhow::Ok(scripts)
     })?;
-    let walked = |prefetch: bool, rules: bool| {
+    let tours = |prefetch: bool, rules: bool, memory_bytes: u64| {
+        let within = match memory_bytes {
+            u64::MAX => String::new(),
+            _ => format!(", within {memory_bytes} bytes"),
+        };
         host.say(&format!(
-            "{name}: {} walks, prefetch {prefetch}, rules {rules}",
+            "{name}: {} walks, prefetch {prefetch}, rules {rules}{within}",
             way.walks
         ));
         let settings = TourSettings {
@@ -136,13 +160,19 @@ pub fn walk_through(
             },
             prefetch,
             rules,
+            memory_bytes,
             ..TourSettings::default()
         };
         let tours = scripts
             .iter()
             .map(|script| runtime.block_on(tour::walk(source.clone(), &scene_name, script, &settings)));
-        anyhow::Ok(Walked::of(&tours.collect::<Result<Vec<_>, _>>()?))
+        anyhow::Ok(tours.collect::<Result<Vec<_>, _>>()?)
     };
+    let walked = |prefetch: bool, rules: bool| anyhow::Ok(Walked::of(&tours(prefetch, rules, u64::MAX)?));
+    let without_rules = tours(true, false, u64::MAX)?;
+    let ample = Outcome::of(&without_rules);
+    let limit_bytes = ample.memory.needed_bytes;
+    let tight = Tight::of(limit_bytes, &ample, &Outcome::of(&tours(true, false, limit_bytes)?));
     let whole = &about["levels"][0];
     Ok(World {
         name: name.to_owned(),
@@ -155,7 +185,8 @@ pub fn walk_through(
         line: way.line,
         without: walked(false, true)?,
         with: walked(true, true)?,
-        without_rules: walked(true, false)?,
+        without_rules: Walked::of(&without_rules),
+        tight: Some(tight),
     })
 }
 
@@ -163,6 +194,20 @@ fn number(value: &Value) -> anyhow::Result<u64> {
     value
         .as_u64()
         .with_context(|| format!("`inspect` gives {value} where a number was expected"))
+}
+
+impl Tight {
+    fn of(limit_bytes: u64, ample: &Outcome, tight: &Outcome) -> Self {
+        let memory = &tight.memory;
+        Self {
+            limit_bytes,
+            min: tight.quality.min,
+            missing: memory.missing,
+            short_cells: memory.short_cells,
+            bytes: [memory.evicted_bytes, memory.again_bytes, memory.cycle_bytes],
+            sharp: [ample.sharp, tight.sharp],
+        }
+    }
 }
 
 impl Walked {
