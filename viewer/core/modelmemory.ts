@@ -68,15 +68,14 @@ export class ModelMemory {
     const { residency } = this.parts;
     this.isShort = false;
     const sizes = wants.map(({ object, grade }) => this.footprint.estimate_bytes(object.model, grade));
-    const sum_bytes = (of: (cause: Cause) => boolean) =>
-      wants.reduce((sum, { cause }, i) => sum + (of(cause) ? (sizes[i] ?? 0) : 0), 0);
-    const reserve_bytes = sum_bytes(({ kind }) => kind === "ahead");
-    residency.expect(sum_bytes((cause) => cause.kind === "missing" || (cause.kind === "ahead" && cause.step < 3)));
+    const reserve_bytes = wants.reduce((sum, { cause }, i) => sum + (cause.kind === "ahead" ? (sizes[i] ?? 0) : 0), 0);
+    const blunt = residency.stayBlunt();
     let refused = 0;
     return wants.filter(({ object, cause }, i) => {
       if (refused >= REFUSALS) return false;
       const { model } = object.model;
-      if (cause.kind === "finer" && !residency.maySharpen(model, sizes[i] ?? 0)) return false;
+      // What takes the place of something useless is no luxury.
+      if (cause.kind === "finer" && cause.error_px < Number.MAX_VALUE && blunt.has(model)) return false;
       const terms = termsFor(cause, reserve_bytes, residency.wasBlunted(model));
       const gone = residency.promise(model, sizes[i] ?? 0, terms);
       if (gone) this.release(gone);

@@ -24,3 +24,11 @@ it("does not look further than it pays", () => {
   const steps = stepsToModels(0, row(20));
   expect([60, 70].map(steps)).toEqual([6, Number.POSITIVE_INFINITY]);
 });
+
+it("counts anew when more is known of what is next door", () => {
+  const unknown = [1, 3, 4];
+  const steps = stepsToModels(2, row(5, unknown));
+  expect([10, 30].map(steps)).toEqual([Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY]);
+  unknown.splice(0, 1);
+  expect([10, 30].map(steps)).toEqual([1, Number.POSITIVE_INFINITY]);
+});

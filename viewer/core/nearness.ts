@@ -8,11 +8,15 @@ import type { Surveyed } from "./survey.ts";
 /** Cells further than this are not asked. */
 const FURTHEST_STEPS = 6;
 
-/** Counts from a cell; looks around when it is asked for the first time. */
+/** Counts from a cell; looks around when it is asked for the first time, and anew when more is known of what is next door. */
 export function stepsToModels(from: number, world: Pick<Surveyed, "entryOf" | "recordOf" | "placed">): StepsTo {
   let steps: Map<number, number> | undefined;
+  let unknown: number[] = [];
   return (model) => {
-    steps ??= lookAround(from, world);
+    if (!steps || unknown.some((cell) => world.recordOf(cell))) {
+      steps = lookAround(from, world);
+      unknown = [from, ...(world.entryOf(from)?.adjacent ?? [])].filter((cell) => !world.recordOf(cell));
+    }
     return steps.get(model) ?? Number.POSITIVE_INFINITY;
   };
 }

@@ -104,18 +104,22 @@ it("knows what had to go once, so that it comes back only for what is further aw
   expect(set.promise(1, 60, { ...ANY, within_steps: 2, sharp_within_steps: 2 })).toEqual({ details: [2], models: [] });
 });
 
-it("does not sharpen what went while it was seen until it need not go again, or one has been away", () => {
+it("keeps blunt what went while it was near until little of that is left, or one has been away", () => {
   const set = new ResidencySet(100);
   hold(set, 1, 2, 10);
   hold(set, 1, 0, 50);
   set.need(new Set([1]), () => 1);
-  set.expect(80);
   expect(set.promise(2, 80, ANY)).toEqual({ details: [1], models: [] });
-  set.withdraw(2);
-  expect([set.maySharpen(1, 50), set.maySharpen(1, 10), set.maySharpen(2, 50)]).toEqual([false, true, true]);
-  set.need(new Set(), () => 1);
-  expect(set.maySharpen(1, 50)).toBe(false);
+  expect([...set.stayBlunt()]).toEqual([1]);
+  hold(set, 2, 2, 40);
+  expect([...set.stayBlunt()]).toEqual([]);
+  hold(set, 3, 2, 1);
+  expect([...set.stayBlunt()]).toEqual([1]);
+  set.need(new Set([1]), (model) => model);
+  expect([...set.stayBlunt()]).toEqual([]);
+  set.need(new Set([1]), () => 1);
+  expect([...set.stayBlunt()]).toEqual([1]);
   set.need(new Set(), () => 2);
   set.need(new Set([1]), () => 1);
-  expect(set.maySharpen(1, 50)).toBe(true);
+  expect([...set.stayBlunt()]).toEqual([]);
 });

@@ -67,6 +67,7 @@ const LETTERS = { level: "", impostor: "i", rung: "r", grown: "g" };
 
 const NOWHERE_NEAR: StepsTo = () => Number.POSITIVE_INFINITY;
 const NOTHING: Gone = { details: [], models: [] };
+const NO_MODELS: ReadonlySet<number> = new Set();
 
 export class ResidencySet {
   private readonly residents = new Map<number, Resident>();
@@ -74,8 +75,6 @@ export class ResidencySet {
   private readonly blunted = new Set<number>();
   /** Those that the cell or one next door saw then, and has seen since. */
   private readonly bluntedNear = new Set<number>();
-  /** The most that first pictures of what a cell and those next door see took so far. */
-  private mostNeeded_bytes = 0;
   private needed: ReadonlySet<number> = new Set();
   private stepsTo = NOWHERE_NEAR;
   private uses = 0;
@@ -115,26 +114,13 @@ export class ResidencySet {
   }
 
   /**
-   * Whether a model may have a finer grade for so many bytes more. What lost one for want of memory while it was near, and has
-   * been near since, gets it back only where all details fit beside what the cell of all so far that needs most needs with
-   * those next door. Else it would come in one cell and go in the next, again and again.
+   * Models that get nothing finer for now: those that lost their detail for want of memory while they were near, and have been
+   * near since, as long as what is near takes more than half of the memory. Else details would come in one cell and go in the
+   * next, again and again.
    */
-  maySharpen(model: number, bytes: number): boolean {
-    if (!this.bluntedNear.has(model)) return true;
-    let detail_bytes = 0;
-    for (const { detail } of this.residents.values()) detail_bytes += detail?.bytes ?? 0;
-    return this.mostNeeded_bytes + detail_bytes + bytes <= this.limit_bytes;
-  }
-
-  /** Takes note that so much is still to come of first pictures of what the cell and those next door see. */
-  expect(first_bytes: number): void {
-    // While half is free, nothing goes.
-    if (this.total + this.promised < this.limit_bytes / 2) return;
-    let needed_bytes = first_bytes;
-    for (const [model, { base, beside_bytes }] of this.residents) {
-      if (this.isNear(model)) needed_bytes += base.bytes + beside_bytes;
-    }
-    this.mostNeeded_bytes = Math.max(this.mostNeeded_bytes, needed_bytes);
+  stayBlunt(): ReadonlySet<number> {
+    const isNoneOrFree = this.bluntedNear.size === 0 || this.near_bytes() <= this.limit_bytes / 2;
+    return isNoneOrFree ? NO_MODELS : this.bluntedNear;
   }
 
   /** Names the models that are visible now, and says how near the others are needed. */
@@ -260,6 +246,13 @@ export class ResidencySet {
     return this.needed.has(model) ? 0 : Math.max(1, Math.min(this.stepsTo(model), Number.MAX_SAFE_INTEGER));
   }
 
+  /** What is near takes, with all that is on its way. */
+  private near_bytes(): number {
+    const near = [...this.residents].filter(([model]) => this.isNear(model));
+    return near.reduce((sum, [, resident]) => sum + sizeOf(resident), this.promised);
+  }
+
+  /** Whether the cell or one next door sees a model. */
   private isNear(model: number): boolean {
     return this.stepsFrom(model) <= 1;
   }

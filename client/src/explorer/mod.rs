@@ -342,7 +342,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         let models = seen.iter().map(|seen| seen.model).collect();
         let steps = steps_to_models(cell, &self.atlas, |cell| self.atlas.seen_from(cell));
         let needed_bytes = plan::least_bytes(self.atlas.seen_around(cell), &self.planner.residency);
-        self.planner.residency.need(models, steps, needed_bytes);
+        self.planner.residency.need(models, steps);
         let limit_bytes = self.planner.residency.limit_bytes();
         if needed_bytes > limit_bytes && self.short_in.insert(cell) {
             self.events.push(Event::Problem(Error::MemoryShort {

@@ -292,9 +292,12 @@ impl Planner {
         }
         let residency = &self.residency;
         let mut wishes = plan::plan(view.here, residency, &view.eye, target_px);
+        let blunt = residency.stay_blunt();
         wishes.retain(|wish| match wish.cause {
             Cause::Missing { .. } => true,
-            _ => view.is_all_known && residency.may_sharpen(wish.model, wish.cost_bytes),
+            // What takes the place of something useless is no luxury.
+            Cause::Finer { error_px } => view.is_all_known && (error_px == f64::MAX || !blunt.contains(&wish.model)),
+            Cause::Ahead { .. } => view.is_all_known,
         });
         let mut named: HashSet<ModelId> = wishes.iter().map(|wish| wish.model).collect();
         let mut before_bytes = 0.0;

@@ -48,7 +48,8 @@ impl Resident {
 }
 
 /// What is held and on its way, within a limit.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(Clone))]
 pub struct Residency {
     limit_bytes: u64,
     files: HashMap<Key, File>,
@@ -67,8 +68,6 @@ pub struct Residency {
     blunted: HashSet<ModelId>,
     /// Those that the cell or one adjacent to it saw then, and has seen since.
     blunted_near: HashSet<ModelId>,
-    /// The most that first pictures of what a cell and those adjacent to it see take, of all cells so far.
-    most_needed_bytes: u64,
     evictions: Evictions,
 }
 
@@ -92,7 +91,6 @@ impl Residency {
             gone_near: HashMap::new(),
             blunted: HashSet::new(),
             blunted_near: HashSet::new(),
-            most_needed_bytes: 0,
             evictions: Evictions::default(),
         }
     }
@@ -145,19 +143,19 @@ impl Residency {
         self.blunted.contains(&model)
     }
 
-    /// Whether a model may have a finer grade for so many bytes more. What lost one for want of memory while it was near, and has
-    /// been near since, gets it back only where all details fit beside what the cell of all so far that needs most needs with those adjacent to it.
-    /// Else it would come in one cell and go in the next, again and again.
+    /// Models that get nothing finer for now: those that lost their detail for want of memory while they were near, and have been
+    /// near since, as long as what is near takes more than half of the memory. Else details would come in one cell and go in
+    /// the next, again and again.
     #[must_use]
-    pub fn may_sharpen(&self, model: ModelId, bytes: f64) -> bool {
-        let is_safe = || (self.most_needed_bytes + self.detail_bytes()) as f64 + bytes <= self.limit_bytes as f64;
-        !self.blunted_near.contains(&model) || is_safe()
+    pub fn stay_blunt(&self) -> HashSet<ModelId> {
+        if self.blunted_near.is_empty() || self.near_bytes() <= self.limit_bytes / 2 {
+            return HashSet::new();
+        }
+        self.blunted_near.clone()
     }
 
-    /// Names the models that are visible now, and says in how many steps others are needed, and what first pictures of all that the
-    /// cell and those adjacent to it see take.
-    pub fn need(&mut self, models: HashSet<ModelId>, steps: HashMap<ModelId, u32>, needed_bytes: u64) {
-        self.most_needed_bytes = self.most_needed_bytes.max(needed_bytes);
+    /// Names the models that are visible now, and says in how many steps others are needed.
+    pub fn need(&mut self, models: HashSet<ModelId>, steps: HashMap<ModelId, u32>) {
         (self.needed, self.steps) = (models, steps);
         self.uses += 1;
         for model in &self.needed {
@@ -368,19 +366,13 @@ impl Residency {
         }
     }
 
-    /// What details take, each file once, that are part of no base.
-    fn detail_bytes(&self) -> u64 {
-        let residents = || self.models.values();
-        let bases: HashSet<&Key> = residents().flat_map(|resident| &resident.base.files).collect();
-        let details = residents().filter_map(|resident| resident.detail.as_ref());
-        let keys: HashSet<&Key> = details
-            .flat_map(|detail| &detail.files)
-            .filter(|key| !bases.contains(key))
-            .collect();
-        keys.into_iter()
-            .filter_map(|key| self.files.get(key))
-            .map(|file| file.bytes)
-            .sum()
+    /// What is near takes, each file once, with all that is on its way.
+    fn near_bytes(&self) -> u64 {
+        let near = self.models.iter().filter(|(model, _)| self.is_near(**model));
+        let meshes = near.flat_map(|(_, resident)| [Some(&resident.base), resident.detail.as_ref()]);
+        let files: HashSet<_> = meshes.flatten().flat_map(|mesh| &mesh.files).collect();
+        let held = files.into_iter().filter_map(|key| self.files.get(key));
+        self.asked_bytes + held.map(|file| file.bytes).sum::<u64>()
     }
 
     /// Whether the cell or one adjacent to it sees a model.

@@ -23,7 +23,6 @@ fn memory_is_never_exceeded_and_what_is_furthest_goes_first() {
     held.need(
         HashSet::from([ModelId(0)]),
         HashMap::from([(ModelId(1), 1), (ModelId(2), 3)]),
-        0,
     );
     let mut room = |bytes: u64, within_steps: u32| {
         let terms = Terms {
@@ -54,11 +53,11 @@ fn memory_is_never_exceeded_and_what_is_furthest_goes_first() {
     assert_eq!(comes_again(&mut held, 2), (100, 0));
     let (near, far) = (HashMap::from([(ModelId(1), 1)]), HashMap::from([(ModelId(1), 2)]));
     let mut left_and_returned = held.clone();
-    left_and_returned.need(HashSet::new(), far, 0);
-    left_and_returned.need(HashSet::new(), near.clone(), 0);
+    left_and_returned.need(HashSet::new(), far);
+    left_and_returned.need(HashSet::new(), near.clone());
     assert_eq!(comes_again(&mut left_and_returned, 1), (200, 0));
-    held.need(HashSet::from([ModelId(1)]), HashMap::new(), 0);
-    held.need(HashSet::new(), near, 0);
+    held.need(HashSet::from([ModelId(1)]), HashMap::new());
+    held.need(HashSet::new(), near);
     assert_eq!(comes_again(&mut held, 1), (200, 100));
     assert!(held.peak_bytes() <= 500);
 }
@@ -108,7 +107,7 @@ fn what_had_to_go_comes_back_for_what_is_far() {
     let mut sharp = |here: &[Seen], steps: HashMap<ModelId, u32>| {
         planner
             .residency
-            .need(here.iter().map(|seen| seen.model).collect(), steps, 0);
+            .need(here.iter().map(|seen| seen.model).collect(), steps);
         fetch_all(&mut planner, &view(here, Vec::new()), 1e9);
         planner.residency.held(here[0].model).map(|grade| grade.number) == Some(0)
     };
@@ -121,27 +120,35 @@ fn what_had_to_go_comes_back_for_what_is_far() {
 }
 
 #[test]
-fn what_went_while_it_was_seen_comes_back_where_it_need_not_go_again() {
+fn what_went_while_it_was_seen_comes_back_where_memory_is_free_or_after_a_way_there_and_back() {
     let (here, next) = ([seen(1, 1.0)], [seen_at(2, 2, 9.0, 1.0, model(2))]);
     let mut planner = within(43_000);
     let sharpness = |planner: &Planner| planner.residency.held(ModelId(1)).map(|grade| grade.number);
-    let stand = |planner: &mut Planner, needed_bytes: u64| {
+    let wants_finer = |planner: &Planner| {
+        planner
+            .wishes()
+            .iter()
+            .any(|wish| matches!(wish.cause, Cause::Finer { .. }))
+    };
+    let stand = |planner: &mut Planner| {
         let steps = HashMap::from([(ModelId(2), 1)]);
-        planner.residency.need(HashSet::from([ModelId(1)]), steps, needed_bytes);
+        planner.residency.need(HashSet::from([ModelId(1)]), steps);
         fetch_all(planner, &view(&here, Vec::new()), 1e9);
     };
-    stand(&mut planner, 4_000);
+    stand(&mut planner);
     assert_eq!(sharpness(&planner), Some(0));
     fetch_all(&mut planner, &view(&here, vec![(approach(2, 1, 1.0), &next[..])]), 1e9);
     assert_eq!(sharpness(&planner), Some(2), "it went for what is next door");
-    let detail = planner.residency.clone();
-    // Where a cell has needed nearly all of it, there is no room to be sure of, though nothing takes it now.
-    stand(&mut planner, 42_000);
-    assert_eq!(sharpness(&planner), Some(2));
+    // What is near takes little …
+    planner.plan(&view(&here, Vec::new()), 1e9);
+    assert!(wants_finer(&planner));
+    // … until half of the memory is on its way to here.
+    planner.residency.ask(&FileRef::object(&name("much", "glb"), 21_500));
+    planner.plan(&view(&here, Vec::new()), 1e9);
+    assert!(!wants_finer(&planner));
     // Whoever has been away begins anew.
-    planner
-        .residency
-        .need(HashSet::new(), HashMap::from([(ModelId(1), 2)]), 0);
-    assert!(planner.residency.may_sharpen(ModelId(1), 40_000.0));
-    assert!(!detail.may_sharpen(ModelId(1), 43_000.0) && detail.may_sharpen(ModelId(1), 30_000.0));
+    planner.residency.need(HashSet::new(), HashMap::from([(ModelId(1), 2)]));
+    planner.residency.need(HashSet::from([ModelId(1)]), HashMap::new());
+    planner.plan(&view(&here, Vec::new()), 1e9);
+    assert!(wants_finer(&planner));
 }

@@ -163,8 +163,7 @@ fn fetch_all(planner: &mut Planner, view: &View, rate: f64) -> Vec<Order> {
 fn need(planner: &mut Planner, here: &[Seen], next_door: &[Seen]) {
     let models: HashSet<_> = here.iter().map(|seen| seen.model).collect();
     let steps = next_door.iter().map(|seen| (seen.model, 1)).collect();
-    let needed_bytes = plan::least_bytes(here.iter().chain(next_door), &planner.residency);
-    planner.residency.need(models, steps, needed_bytes);
+    planner.residency.need(models, steps);
 }
 
 fn approach(cell: u32, step: u8, in_s: f64) -> Approach {

@@ -197,7 +197,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
                 limit_bytes,
             });
         }
-        self.planner.residency.need(self.visible.clone(), steps, needed_bytes);
+        self.planner.residency.need(self.visible.clone(), steps);
         for model in &self.visible {
             self.courier.ledger.sees(self.planner.residency.files_of(*model));
         }

@@ -1,0 +1,31 @@
+import { expect, it } from "vitest";
+import type { Grade } from "./grades.ts";
+import { ModelMemory, type ModelMemoryParts } from "./modelmemory.ts";
+import type { Cause, Want } from "./priority.ts";
+import { ResidencySet } from "./residency.ts";
+
+const LEVELS = [0, 1].map((number) => ({ url: `l${number}.glb`, bytes: 1000, textures: [] }));
+const grade = (number: number): Grade => ({ kind: "level", number, triangles: 1, geometricError: number });
+
+function want(model: number, cause: Cause): Want {
+  return { object: { model: { model, levels: LEVELS } }, grade: grade(0), cause, priority: 0 } as unknown as Want;
+}
+
+it("has no memory for what went while it was near, but for what takes the place of something useless", () => {
+  const residency = new ResidencySet(1e6);
+  const memory = new ModelMemory({ residency } as unknown as ModelMemoryParts);
+  for (const model of [1, 2]) residency.hold(model, "base", { grade: grade(1), bytes: 3e5 });
+  residency.hold(1, "detail", { grade: grade(0), bytes: 3e5 });
+  residency.need(new Set([1, 2]));
+  const gone = residency.promise(3, 3e5, { spare_bytes: 0, within_steps: 0, sharp_within_steps: -1 });
+  expect(gone).toEqual({ details: [1], models: [] });
+  residency.withdraw(3);
+
+  const granted = (...wants: Want[]) => memory.affordable(wants).map(({ object }) => object.model.model);
+  const finer: Cause = { kind: "finer", error_px: 9 };
+  expect(granted(want(1, finer), want(2, finer))).toEqual([2]);
+  expect(granted(want(1, { kind: "finer", error_px: Number.MAX_VALUE }))).toEqual([1]);
+  residency.need(new Set());
+  residency.need(new Set([1, 2]));
+  expect(granted(want(1, finer))).toEqual([1]);
+});
