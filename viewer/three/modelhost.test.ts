@@ -1,10 +1,11 @@
 import { Matrix4, PerspectiveCamera, Raycaster, Vector3 } from "three";
-import { describe, expect, it } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import { glbOf } from "../core/glb.ts";
 import type { PlacedObject } from "../core/objects.ts";
 import { box, encodeGlb } from "../test/encode.ts";
 import { InstanceMesh } from "./instancemesh.ts";
 import { ThreeModelHost } from "./modelhost.ts";
+import { Palette } from "./palette.ts";
 import { ViewVolume } from "./viewvolume.ts";
 
 const glb = () => encodeGlb(box([0, 0, 0], [1, 1, 1]), [1, 1, 1]).buffer as ArrayBuffer;
@@ -92,6 +93,23 @@ describe("what is shown", () => {
     expect(standing(host)).toEqual(inRow(0, 1));
     host.evict(1);
     expect([standing(host), host.draws(0), host.root.children]).toEqual([inRow(), false, []]);
+  });
+
+  it("gives its paints back when it goes", async () => {
+    const [take, release] = [vi.spyOn(Palette.prototype, "take"), vi.spyOn(Palette.prototype, "release")];
+    const host = new ThreeModelHost(
+      () => {},
+      async () => {},
+    );
+    await upload(host, "base");
+    await upload(host, "detail");
+    const taken = take.mock.results.map(({ value }) => value);
+    expect([taken, release.mock.calls]).toEqual([[0, 0], []]);
+    host.blunt(1);
+    expect(release.mock.calls).toEqual([[0]]);
+    host.evict(1);
+    expect(release.mock.calls).toEqual([[0], [0]]);
+    vi.restoreAllMocks();
   });
 
   it("stays while the graphics card is prepared for what is finer, which is decoded meanwhile and may be released", async () => {

@@ -56,6 +56,12 @@ describe("a model's plain meshes", () => {
     ]);
   });
 
+  it("do not stumble over one that has no places", () => {
+    const empty = new Mesh(new BufferGeometry(), paint(0xff0000));
+    const { painted, others, paints } = new Painter().paint([part(paint(0xff0000)), empty]);
+    expect([painted.length, others, paints]).toEqual([1, [empty], [0]]);
+  });
+
   it("keep the colours that their vertices have besides, apart from those that have none", () => {
     const painter = new Painter();
     const bright = part(paint(0xffffff, { vertexColors: true }));

@@ -83,6 +83,7 @@ function keyOf({ side, vertexColors, flatShading }: Finish): string {
 function isPlain(part: Drawn): part is PlainMesh {
   const { material } = part;
   if (part.constructor !== Mesh || !(material instanceof MeshStandardMaterial)) return false;
+  if (!part.geometry.hasAttribute("position")) return false;
   const isMore = material.constructor !== MeshStandardMaterial || material.transparent || material.alphaTest > 0;
   const isMorphed = Object.keys(part.geometry.morphAttributes).length > 0;
   return !isMore && !isMorphed && !Object.values(material).some((value) => value instanceof Texture);

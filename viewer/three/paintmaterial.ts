@@ -45,7 +45,5 @@ export function paintMaterial(palette: { readonly value: Texture }, finish: Fini
       .replace("#include <metalnessmap_fragment>", "float metalnessFactor = vEmissionMetalness.a;")
       .replace("#include <emissivemap_fragment>", "totalEmissiveRadiance = vEmissionMetalness.rgb;");
   };
-  // One program for all of a finish.
-  material.customProgramCacheKey = () => "belvedere-paint";
   return material;
 }

@@ -1,5 +1,12 @@
-import { MeshStandardMaterial } from "three";
+import {
+  FrontSide,
+  MeshStandardMaterial,
+  ShaderLib,
+  type WebGLProgramParametersWithUniforms,
+  type WebGLRenderer,
+} from "three";
 import { expect, it } from "vitest";
+import { paintMaterial } from "./paintmaterial.ts";
 import { Palette } from "./palette.ts";
 
 const grey = (roughness: number) => new MeshStandardMaterial({ color: 0x808080, roughness });
@@ -41,4 +48,20 @@ it("paints stay what they are while the palette grows, and there are no more tha
   expect(palette.take(grey(0))).toBe(numbers[0]);
   palette.release(numbers[7] as number);
   expect(palette.take(grey(2))).toBe(numbers[7]);
+});
+
+it("materials take paints from what the palette has become, and the graphics card frees what it was", () => {
+  const palette = new Palette();
+  const material = paintMaterial(palette.uniform, { side: FrontSide, vertexColors: false, flatShading: false });
+  const { vertexShader, fragmentShader } = ShaderLib.standard;
+  const shader = { uniforms: {}, vertexShader, fragmentShader } as unknown as WebGLProgramParametersWithUniforms;
+  material.onBeforeCompile(shader, {} as WebGLRenderer);
+  const before = palette.uniform.value;
+  let freed = 0;
+  before.addEventListener("dispose", () => {
+    freed += 1;
+  });
+  for (let i = 0; i < 300; i += 1) palette.take(grey(i / 300));
+  expect([freed, palette.uniform.value === before]).toEqual([1, false]);
+  expect(shader.uniforms.palette?.value).toBe(palette.uniform.value);
 });

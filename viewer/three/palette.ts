@@ -1,7 +1,7 @@
 /**
  * Which paints are there? Colour, roughness, emission and metalness of all plainly painted surfaces stand in one small texture, and each
- * vertex says the number of its paint; so one material draws all of them. Numbers are 32-bit floats, as in uniforms, so that nothing
- * changes in the picture.
+ * vertex says the number of its paint; so one material draws all of them. Numbers are 32-bit floats, as in uniforms, so that colours
+ * stay exact.
  */
 import { DataTexture, FloatType, type MeshStandardMaterial, RGBAFormat } from "three";
 

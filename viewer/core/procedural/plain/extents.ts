@@ -1,6 +1,6 @@
 /**
- * Which numbers can registers hold, whatever is given to a plan? What need not be looked at is not. Rounding keeps order: so
- * the ends of what is computed with bound what is computed.
+ * Which numbers can registers hold, whatever is given to a plan? What need not be looked at is not. This is interval
+ * arithmetic: rounding keeps order, so the ends of what is computed with bound what is computed.
  */
 import * as code from "./code.ts";
 

@@ -1,6 +1,6 @@
 /**
  * When is something computed? Once for each file, once for all turns of a loop, or in each of them: words are put where they
- * belong, and what numbers must be is looked at no oftener than it has to be.
+ * belong (hoisting of loop invariants), and what numbers must be is looked at no oftener than it has to be.
  */
 import * as code from "./code.ts";
 import { fill, WIDTH } from "./columns.ts";
@@ -9,7 +9,7 @@ import { Extents } from "./extents.ts";
 import type { Plan, Prelude } from "./plan.ts";
 
 /** Columns of registers take more room than registers. */
-const MOST_REGISTERS = 2048;
+const MOST_COLUMNS = 2048;
 
 // When something is computed: once for each file, once for all turns, or in each of them.
 export const ONCE = 0;
@@ -55,7 +55,7 @@ export class StagedCompiler extends Compiler {
   }
 
   protected override register(): number {
-    if (this.registers === MOST_REGISTERS) throw NOT_PLAIN;
+    if (this.registers === MOST_COLUMNS) throw NOT_PLAIN;
     this.whens[this.registers] = ONCE;
     this.registers += 1;
     return this.registers - 1;
