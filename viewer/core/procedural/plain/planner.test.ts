@@ -78,9 +78,9 @@ const TEXTS = [
   "for i in 3 box(clamp(1 / (i - 1), 0, 1), 1, 1)",
   "for i in 3 box(1 / (1 / (i - 1)), 1, 1)",
   // Beyond the longest length in their last turns.
-  "for i in 4 box(700 * i * 700, 1, 1)",
+  "for i in 4 box(clamp(i, 0, 3) * 700 * 700, 1, 1)",
   "for i in 9 box(random(0, 1500000), 1, 1)",
-  "for i in 4 box(clamp(i, 500000 * i, 2), 1, 1)",
+  "for i in 4 box(clamp(i, clamp(500000 * i, 0, 1500000), 2), 1, 1)",
   // Fields.
   "let h = 3 heights x, z in 5 by 7 steps 5 by 30 = h * fractal(x / 3, z / 4, 3) + noise(z, z) * power(z, 2) / h",
   "let h = 3 heights x, z in 5 by 7 steps 30 by 2 = sqrt(h + z) + clamp(x / h, z, 2 / h)",
