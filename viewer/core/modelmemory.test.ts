@@ -29,3 +29,16 @@ it("has no memory for what went while it was near, but for what takes the place 
   residency.need(new Set([1, 2]));
   expect(granted(want(1, finer))).toEqual([1]);
 });
+
+it("has memory for what is coarser in place of what takes nearly all of it, and for nothing else then", () => {
+  const residency = new ResidencySet(1e6);
+  const memory = new ModelMemory({ residency } as unknown as ModelMemoryParts);
+  residency.hold(1, "base", { grade: grade(0), bytes: 999_000 });
+  residency.need(new Set([1, 2]));
+  const granted = (...wants: Want[]) => memory.affordable(wants).map(({ object }) => object.model.model);
+  const missing: Cause = { kind: "missing" };
+  expect([granted(want(2, missing)), memory.short]).toEqual([[], true]);
+  expect([granted(want(1, { kind: "coarser" }), want(2, missing)), memory.short]).toEqual([[1], true]);
+  residency.hold(1, "base", { grade: grade(1), bytes: 5000 });
+  expect([granted(want(2, missing)), memory.short]).toEqual([[2], false]);
+});

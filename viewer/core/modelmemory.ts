@@ -151,8 +151,9 @@ const SHARP_STEPS = 2;
 function termsFor(cause: Cause, reserve_bytes: number, wasBlunted: boolean): Terms {
   switch (cause.kind) {
     case "missing":
-    case "coarser":
       return { spare_bytes: 0, within_steps: 0, sharp_within_steps: -1 };
+    case "coarser":
+      return { spare_bytes: 0, within_steps: 0, sharp_within_steps: -1, isInstead: true };
     case "ahead":
       return { spare_bytes: 0, within_steps: cause.step === 3 ? 2 : 1, sharp_within_steps: cause.due ? -1 : 0 };
     case "finer":

@@ -153,10 +153,9 @@ export class Planner {
     const { loads, outlook, residency, problem } = this.parts;
     const smaller = this.smaller();
     if (smaller) loads.follow([smaller, ...wants]);
-    else if (loads.pending === 0 && this.shortIn !== outlook.sight.cell) {
-      this.shortIn = outlook.sight.cell;
-      problem(new MemoryShortError(residency.limit_bytes));
-    }
+    if (loads.pending > 0 || this.shortIn === outlook.sight.cell) return;
+    this.shortIn = outlook.sight.cell;
+    problem(new MemoryShortError(residency.limit_bytes));
   }
 
   private smaller(): Want | undefined {

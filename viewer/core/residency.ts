@@ -3,7 +3,7 @@
  * *base*, and at most one finer grade, its *detail*, which can go at any time without leaving a hole.
  *
  * Guarantees, as in `client/src/strategy/residency.rs`: nothing is promised that would exceed the limit together with what
- * is held and promised already, and the base of what is visible never goes. Details go first, then bases; of each those
+ * is held and promised already, but for what takes the place of something larger, and the base of what is visible never goes. Details go first, then bases; of each those
  * first that are needed furthest away, counted in steps from cell to adjacent cell, and of these the longest unused (Marvie
  * & Bouatouch, A VRML97-X3D extension for massive scenery management in virtual worlds, 2004, §6.2).
  */
@@ -37,6 +37,8 @@ export interface Terms {
   readonly within_steps: number;
   /** Details of what is needed within so many steps do not go for it: those of what is visible at 0, any may at −1. */
   readonly sharp_within_steps: number;
+  /** Whether what is held of the model goes when it comes: then only what it takes more needs room. */
+  readonly isInstead?: boolean;
 }
 
 /** What went for want of memory. */
@@ -139,8 +141,11 @@ export class ResidencySet {
    * Promises memory to what will be fetched, when there is room or can be made; answers what has gone for it, or
    * `undefined` when there is no room.
    */
-  promise(model: number, bytes: number, { spare_bytes, within_steps, sharp_within_steps }: Terms): Gone | undefined {
-    const short_bytes = this.total + this.promised + bytes + spare_bytes - this.limit_bytes;
+  promise(model: number, bytes: number, terms: Terms): Gone | undefined {
+    const { spare_bytes, within_steps, sharp_within_steps, isInstead = false } = terms;
+    const resident = isInstead ? this.residents.get(model) : undefined;
+    const own_bytes = resident ? sizeOf(resident) - resident.beside_bytes : 0;
+    const short_bytes = this.total + this.promised + bytes - own_bytes + spare_bytes - this.limit_bytes;
     const mayGo = (steps: number, part: Part) => steps > (part === "detail" ? sharp_within_steps : within_steps);
     const gone = short_bytes > 0 ? this.free(short_bytes, mayGo) : NOTHING;
     if (!gone) return undefined;

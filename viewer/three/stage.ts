@@ -91,6 +91,11 @@ export class Stage {
     this.light(fast);
   }
 
+  /** Calls back when the graphics card, which had been lost to the page, can draw again; the picture is empty until then. */
+  onRestored(draw: () => void): void {
+    this.renderer.domElement.addEventListener("webglcontextrestored", draw);
+  }
+
   add(object: Object3D): void {
     this.scene.add(object);
   }

@@ -295,7 +295,7 @@ async function main(): Promise<void> {
     start(stage, scene, scenes, { log, throttle });
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];
-    const links = others.map((scene) => ({ scene, href: addressOfScene(location.href, scene.scene) }));
+    const links = labelled(others).map(({ scene, label }) => ({ label, href: addressOfScene(location.href, scene) }));
     showProblem(explain(error, serverAt(base, location.origin)), retry, links);
   }
 }

@@ -115,15 +115,15 @@ export function explain(error: unknown, { host, isElsewhere }: Server): Explanat
 export function showProblem(
   explanation: Explanation,
   retry: () => void,
-  links: readonly { scene: SceneSummary; href: string }[] = [],
+  links: readonly { label: string; href: string }[] = [],
 ): void {
   element("problem-title", HTMLHeadingElement).textContent = explanation.title;
   element("problem-text", HTMLParagraphElement).textContent = explanation.text;
   element("problem-links", HTMLUListElement).replaceChildren(
-    ...links.map(({ scene, href }) => {
+    ...links.map(({ label, href }) => {
       const [item, link] = [document.createElement("li"), document.createElement("a")];
       link.href = href;
-      link.textContent = scene.title;
+      link.textContent = label;
       item.append(link);
       return item;
     }),

@@ -105,6 +105,7 @@ export class Visit {
     stage.add(this.host.root);
     stage.add(this.overlay.root);
     stage.fit(scene.manifest.bounds);
+    stage.onRestored(() => this.redraw());
     display.title(scene.manifest.title);
   }
 
