@@ -145,7 +145,10 @@ export class ResidencySet {
     const { spare_bytes, within_steps, sharp_within_steps, isInstead = false } = terms;
     const resident = isInstead ? this.residents.get(model) : undefined;
     const own_bytes = resident ? sizeOf(resident) - resident.beside_bytes : 0;
-    const short_bytes = this.total + this.promised + bytes - own_bytes + spare_bytes - this.limit_bytes;
+    const needed_bytes = Math.max(0, bytes - own_bytes);
+    // What takes less than what it takes the place of helps, also where more than the limit is held.
+    const over_bytes = this.total + this.promised + needed_bytes + spare_bytes - this.limit_bytes;
+    const short_bytes = isInstead && needed_bytes === 0 ? 0 : over_bytes;
     const mayGo = (steps: number, part: Part) => steps > (part === "detail" ? sharp_within_steps : within_steps);
     const gone = short_bytes > 0 ? this.free(short_bytes, mayGo) : NOTHING;
     if (!gone) return undefined;
