@@ -3,9 +3,10 @@
  * *base*, and at most one finer grade, its *detail*, which can go at any time without leaving a hole.
  *
  * Guarantees, as in `client/src/strategy/residency.rs`: nothing is promised that would exceed the limit together with what
- * is held and promised already, but for what takes the place of something larger, and the base of what is visible never goes. Details go first, then bases; of each those
- * first that are needed furthest away, counted in steps from cell to adjacent cell, and of these the longest unused (Marvie
- * & Bouatouch, A VRML97-X3D extension for massive scenery management in virtual worlds, 2004, §6.2).
+ * is held and promised already, but for what takes the place of something larger, and the base of what is visible never
+ * goes. Details go first, then bases; of each those first that are needed furthest away, counted in steps from cell to
+ * adjacent cell, and of these the longest unused (Marvie & Bouatouch, A VRML97-X3D extension for massive scenery management
+ * in virtual worlds, 2004, §6.2).
  */
 import type { Grade } from "./grades.ts";
 
@@ -145,10 +146,10 @@ export class ResidencySet {
     const { spare_bytes, within_steps, sharp_within_steps, isInstead = false } = terms;
     const resident = isInstead ? this.residents.get(model) : undefined;
     const own_bytes = resident ? sizeOf(resident) - resident.beside_bytes : 0;
-    const needed_bytes = Math.max(0, bytes - own_bytes);
+    const more_bytes = bytes - own_bytes;
     // What takes less than what it takes the place of helps, also where more than the limit is held.
-    const over_bytes = this.total + this.promised + needed_bytes + spare_bytes - this.limit_bytes;
-    const short_bytes = isInstead && needed_bytes === 0 ? 0 : over_bytes;
+    const helps = isInstead && more_bytes <= 0;
+    const short_bytes = helps ? 0 : this.total + this.promised + more_bytes + spare_bytes - this.limit_bytes;
     const mayGo = (steps: number, part: Part) => steps > (part === "detail" ? sharp_within_steps : within_steps);
     const gone = short_bytes > 0 ? this.free(short_bytes, mayGo) : NOTHING;
     if (!gone) return undefined;
@@ -269,8 +270,10 @@ export class ResidencySet {
     const resident = this.residents.get(model);
     if (!resident) return;
     this.total -= bytes;
-    if (resident.detail) this.blunted.add(model);
-    if (resident.detail && this.isNear(model)) this.bluntedNear.add(model);
+    if (resident.detail) {
+      this.blunted.add(model);
+      if (this.isNear(model)) this.bluntedNear.add(model);
+    }
     if (part === "detail") resident.detail = undefined;
     else this.residents.delete(model);
   }

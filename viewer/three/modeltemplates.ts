@@ -30,7 +30,7 @@ export class ModelTemplates {
   async decode(glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<Template> {
     const used = textureUrls(glb).filter((url) => textures.has(url) || this.textures.holds(url));
     const acquired: string[] = [];
-    const taken: number[] = [];
+    let taken: readonly number[] = [];
     let bytes = 0;
     try {
       for (const url of used) {
@@ -43,7 +43,7 @@ export class ModelTemplates {
       }
       const { scene, parser } = await this.loader.parse(glb);
       const { painted, others, paints } = this.painter.paint(drawnOf(scene));
-      taken.push(...paints);
+      taken = paints;
       const materials = this.materials.share(others, parser);
       const parts = [...painted, ...others];
       bytes += geometryBytes(parts);

@@ -31,7 +31,7 @@ export class Painter {
 
   /** Draws the parts of a model by as few meshes as can be; they carry in `matrixWorld` where they are. */
   paint(parts: readonly Drawn[]): Painted {
-    const alike = new Map<string, { meshes: PlainMesh[]; pieces: Piece[] }>();
+    const alike = new Map<string, { first: PlainMesh; pieces: Piece[] }>();
     const others: Drawn[] = [];
     for (const part of parts) {
       const paint = isPlain(part) ? this.palette.take(part.material) : undefined;
@@ -40,14 +40,13 @@ export class Painter {
         continue;
       }
       const key = `${keyOf(part.material)} ${formOf(part.geometry)} ${part.matrixWorld.elements}`;
-      const group = alike.get(key) ?? { meshes: [], pieces: [] };
+      const group = alike.get(key) ?? { first: part, pieces: [] };
       alike.set(key, group);
-      group.meshes.push(part);
       group.pieces.push({ geometry: part.geometry, paint });
     }
     const groups = [...alike.values()];
     const paints = groups.flatMap(({ pieces }) => pieces.map(({ paint }) => paint));
-    return { painted: groups.map(({ meshes, pieces }) => this.join(meshes, pieces)), others, paints };
+    return { painted: groups.map(({ first, pieces }) => this.join(first, pieces)), others, paints };
   }
 
   release(paints: readonly number[]): void {
@@ -60,8 +59,7 @@ export class Painter {
     for (const material of this.materials.values()) material.dispose();
   }
 
-  private join(meshes: readonly PlainMesh[], pieces: readonly Piece[]): Mesh {
-    const [{ material, matrixWorld }] = meshes as [PlainMesh];
+  private join({ material, matrixWorld }: PlainMesh, pieces: readonly Piece[]): Mesh {
     const mesh = new Mesh(merged(pieces), this.materialOf(material));
     mesh.matrixWorld.copy(matrixWorld);
     return mesh;

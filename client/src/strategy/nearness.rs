@@ -7,6 +7,42 @@ use belvedere_scene::{CellId, ModelId};
 
 use super::{ahead::Cells, sight::Seen};
 
+/// What is visible from here, and in how many steps the rest is needed.
+#[derive(Debug, Clone, Default)]
+pub struct Nearness {
+    visible: HashSet<ModelId>,
+    steps: HashMap<ModelId, u32>,
+}
+
+impl Nearness {
+    /// As [`steps_to_models`] counts them, beside what is visible.
+    #[must_use]
+    pub fn new(visible: HashSet<ModelId>, steps: HashMap<ModelId, u32>) -> Self {
+        Self { visible, steps }
+    }
+
+    /// What is visible.
+    #[must_use]
+    pub fn visible(&self) -> &HashSet<ModelId> {
+        &self.visible
+    }
+
+    /// In how many steps a model is needed; 0 for what is visible, and for nothing else.
+    #[must_use]
+    pub fn steps_to(&self, model: ModelId) -> u32 {
+        match self.visible.contains(&model) {
+            true => 0,
+            false => self.steps.get(&model).map_or(u32::MAX, |steps| (*steps).max(1)),
+        }
+    }
+
+    /// Whether the cell or one adjacent to it sees a model.
+    #[must_use]
+    pub fn is_near(&self, model: ModelId) -> bool {
+        self.steps_to(model) <= 1
+    }
+}
+
 /// Cells further than this are not asked.
 const FURTHEST_STEPS: u32 = 6;
 

@@ -16,6 +16,7 @@ use super::{
     file::{FileRef, Key},
     grade::{Grade, State, Stock},
     memory::{Evictions, Gone, Terms},
+    nearness::Nearness,
     plan::Held,
 };
 
@@ -56,8 +57,7 @@ pub struct Residency {
     models: HashMap<ModelId, Resident>,
     asked: HashMap<Key, u64>,
     lost: HashSet<Key>,
-    needed: HashSet<ModelId>,
-    steps: HashMap<ModelId, u32>,
+    nearness: Nearness,
     held_bytes: u64,
     asked_bytes: u64,
     peak_bytes: u64,
@@ -81,8 +81,7 @@ impl Residency {
             models: HashMap::new(),
             asked: HashMap::new(),
             lost: HashSet::new(),
-            needed: HashSet::new(),
-            steps: HashMap::new(),
+            nearness: Nearness::default(),
             held_bytes: 0,
             asked_bytes: 0,
             peak_bytes: 0,
@@ -156,19 +155,15 @@ impl Residency {
 
     /// Names the models that are visible now, and says in how many steps others are needed.
     pub fn need(&mut self, models: HashSet<ModelId>, steps: HashMap<ModelId, u32>) {
-        (self.needed, self.steps) = (models, steps);
+        self.nearness = Nearness::new(models, steps);
         self.uses += 1;
-        for model in &self.needed {
+        for model in self.nearness.visible() {
             if let Some(resident) = self.models.get_mut(model) {
                 resident.last_needed = self.uses;
             }
         }
-        let mut gone_near = std::mem::take(&mut self.gone_near);
-        gone_near.retain(|_, model| self.is_near(*model));
-        self.gone_near = gone_near;
-        let mut blunted_near = std::mem::take(&mut self.blunted_near);
-        blunted_near.retain(|model| self.is_near(*model));
-        self.blunted_near = blunted_near;
+        self.gone_near.retain(|_, model| self.nearness.is_near(*model));
+        self.blunted_near.retain(|model| self.nearness.is_near(*model));
     }
 
     /// Makes room for so many bytes more beside what is held and promised; answers what went for it, or `None` when there
@@ -234,8 +229,7 @@ impl Residency {
             return None;
         }
         self.blunted.extend(&gone.details);
-        let near = gone.details.iter().filter(|model| self.is_near(**model));
-        let near: Vec<_> = near.copied().collect();
+        let near = gone.details.iter().filter(|model| self.nearness.is_near(**model));
         self.blunted_near.extend(near);
         for model in &gone.details {
             let detail = self.models.get_mut(model).and_then(|resident| resident.detail.take());
@@ -352,32 +346,19 @@ impl Residency {
         let all = self
             .models
             .iter()
-            .map(|(model, resident)| (self.steps_to(*model), resident.last_needed, *model));
+            .map(|(model, resident)| (self.nearness.steps_to(*model), resident.last_needed, *model));
         let mut all: Vec<_> = all.collect();
         all.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
         all.into_iter().map(|(steps, _, model)| (steps, model)).collect()
     }
 
-    /// In how many steps a model is needed; 0 for what is visible.
-    fn steps_to(&self, model: ModelId) -> u32 {
-        match self.needed.contains(&model) {
-            true => 0,
-            false => self.steps.get(&model).map_or(u32::MAX, |steps| (*steps).max(1)),
-        }
-    }
-
     /// What is near takes, each file once, with all that is on its way.
     fn near_bytes(&self) -> u64 {
-        let near = self.models.iter().filter(|(model, _)| self.is_near(**model));
+        let near = self.models.iter().filter(|(model, _)| self.nearness.is_near(**model));
         let meshes = near.flat_map(|(_, resident)| [Some(&resident.base), resident.detail.as_ref()]);
         let files: HashSet<_> = meshes.flatten().flat_map(|mesh| &mesh.files).collect();
         let held = files.into_iter().filter_map(|key| self.files.get(key));
         self.asked_bytes + held.map(|file| file.bytes).sum::<u64>()
-    }
-
-    /// Whether the cell or one adjacent to it sees a model.
-    fn is_near(&self, model: ModelId) -> bool {
-        self.steps_to(model) <= 1
     }
 
     /// Files without users stay as long as memory allows.
@@ -397,7 +378,7 @@ impl Residency {
         self.evictions.files += 1;
         self.evictions.bytes += file.bytes;
         self.gone.insert(name);
-        if let Some(model) = file.last_user.filter(|model| self.is_near(*model)) {
+        if let Some(model) = file.last_user.filter(|model| self.nearness.is_near(*model)) {
             self.gone_near.insert(name, model);
         }
     }

@@ -18,6 +18,13 @@ export function isWhole(power: number): boolean {
   return Math.abs(power) <= MAX_POWER && power === Math.floor(power);
 }
 
+/** The random number behind sites that calls add to a path, the last of them scrambled. */
+function randomBehind(path: number, sites: Int32Array, first: number, last: number, site: number): number {
+  let behind = path;
+  for (let at = first; at < last; at += 1) behind = step(behind, sites[at] as number);
+  return fraction(stepScrambled(behind, site));
+}
+
 /** The random numbers of places, from 0 up to 1: each behind so many sites that calls add to its path. */
 export function randoms(
   paths: Int32Array,
@@ -31,9 +38,7 @@ export function randoms(
   const last = first + depth - 1;
   const site = scrambled(sites[last] as number);
   for (let i = 0; i < count; i += 1) {
-    let path = paths[i] as number;
-    for (let at = first; at < last; at += 1) path = step(path, sites[at] as number);
-    numbers[to + i] = fraction(stepScrambled(path, site));
+    numbers[to + i] = randomBehind(paths[i] as number, sites, first, last, site);
   }
 }
 
@@ -52,10 +57,9 @@ export function randomsBetween(
   const last = first + depth - 1;
   const site = scrambled(sites[last] as number);
   for (let i = 0; i < count; i += 1) {
-    let path = paths[i] as number;
-    for (let at = first; at < last; at += 1) path = step(path, sites[at] as number);
     const low = num(numbers, from + i);
-    numbers[(to + i) | 0] = low + (num(numbers, into + i) - low) * fraction(stepScrambled(path, site));
+    const part = randomBehind(paths[i] as number, sites, first, last, site);
+    numbers[(to + i) | 0] = low + (num(numbers, into + i) - low) * part;
   }
 }
 

@@ -69,8 +69,6 @@ pub struct Tight {
     pub min: Option<f64>,
     /// Objects in sight that found no room, summed over frames.
     pub missing: u64,
-    /// Cells for which that memory does not suffice.
-    pub short_cells: u64,
     /// Bytes: those that went, those of them that came again, and those of these that were near all the time.
     pub bytes: [u64; 3],
     /// Share of objects that were as sharp as the eye can tell; without a limit, and with it.
@@ -203,7 +201,6 @@ impl Tight {
             limit_bytes,
             min: tight.quality.min,
             missing: memory.missing,
-            short_cells: memory.short_cells,
             bytes: [memory.evicted_bytes, memory.again_bytes, memory.cycle_bytes],
             sharp: [ample.sharp, tight.sharp],
         }

@@ -16,13 +16,26 @@ export const MOST_STEPS = 4096;
 const MOST_NESTING = 128;
 
 /** What a code takes besides its words and registers, about, in words. */
-export const OVERHEAD = 64;
+const OVERHEAD = 64;
 
 /** The code of a row of a module; `null` when it is to be visited node by node. */
 export function codeOf(module: Module, row: Row): code.Code | null {
+  return within(
+    module,
+    () => new Compiler(module).row(row),
+    ({ registers }) => registers,
+  );
+}
+
+/** What is made, where a module has room for it; `null` when nodes are to be visited one by one. */
+export function within<M extends { readonly words: Int32Array }>(
+  module: Module,
+  make: () => M,
+  numbersOf: (made: M) => Float64Array,
+): M | null {
   try {
-    const made = new Compiler(module).row(row);
-    const taken = OVERHEAD + made.words.length + 2 * made.registers.length;
+    const made = make();
+    const taken = OVERHEAD + made.words.length + 2 * numbersOf(made).length;
     if (taken > module.room) return null;
     module.room -= taken;
     return made;

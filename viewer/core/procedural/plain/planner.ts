@@ -7,7 +7,7 @@ import { Faces } from "../solid/flat.ts";
 import type { Expr, Module, Row, Statement } from "../syntax.ts";
 import { FRAME } from "../turtles.ts";
 import * as code from "./code.ts";
-import { isThere, MOST_STEPS, NOT_PLAIN, NotPlain, OVERHEAD, outermost, type Reach } from "./compiler.ts";
+import { isThere, MOST_STEPS, NOT_PLAIN, outermost, type Reach, within } from "./compiler.ts";
 import type { Plan, Planned, Pose, Tail } from "./plan.ts";
 import { FOR_ALL, IN_TURN, StagedCompiler } from "./staged.ts";
 
@@ -47,19 +47,14 @@ type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
 function made(module: Module, make: (planner: Planner) => Plan): Plan | null {
   if (module.room < MOST_STEPS) return null;
   const planner = new Planner(module);
-  try {
-    const plan = make(planner);
-    const taken = OVERHEAD + plan.words.length + 2 * plan.columns.length;
-    if (taken > module.room) return null;
-    module.room -= taken;
-    return plan;
-  } catch (error) {
-    if (error instanceof NotPlain) return null;
-    throw error;
-  } finally {
-    // What was looked at in vain counts too, so that rules that many loops call are not looked at without end.
-    module.room -= planner.visited;
-  }
+  const plan = within(
+    module,
+    () => make(planner),
+    ({ columns }) => columns,
+  );
+  // What was looked at in vain counts too, so that rules that many loops call are not looked at without end.
+  module.room -= planner.visited;
+  return plan;
 }
 
 class Planner extends StagedCompiler {

@@ -12,7 +12,7 @@ import type { Plan, Prelude } from "./plan.ts";
 const MOST_COLUMNS = 2048;
 
 // When something is computed: once for each file, once for all turns, or in each of them.
-export const ONCE = 0;
+const ONCE = 0;
 export const FOR_ALL = 1;
 export const IN_TURN = 2;
 export type When = typeof ONCE | typeof FOR_ALL | typeof IN_TURN;

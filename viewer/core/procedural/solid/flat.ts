@@ -2,7 +2,7 @@
 
 import { MAX_CORNERS } from "../limits.ts";
 import { num } from "../numbers.ts";
-import { Ears, newell, newellOfThree, refuseUneven, turn } from "./polygon.ts";
+import { axesAcross, Ears, newell, newellOfThree, refuseUneven, turn } from "./polygon.ts";
 import type { Writer } from "./writer.ts";
 
 /** Polygons by the numbers of their corners, one after the other. */
@@ -147,14 +147,9 @@ function writeFace(writer: Writer, points: Float64Array, corners: Int32Array, be
   const y = num(facing, 1);
   const z = num(facing, 2);
   // Looked at along the axis on which it has most area, with that side's order kept.
-  let steep = 0;
-  if (Math.abs(y) > Math.abs(x)) steep = 1;
-  if (Math.abs(z) > Math.abs(steep === 0 ? x : y)) steep = 2;
-  const flipped = (steep === 0 ? x : steep === 1 ? y : z) < 0;
-  const next = steep === 2 ? 0 : steep + 1;
-  const last = steep === 0 ? 2 : steep - 1;
-  const u = flipped ? next : last;
-  const v = flipped ? last : next;
+  const across = axesAcross(x, y, z);
+  const u = across[0];
+  const v = across[1];
   writer.normal(x, y, z);
   if (count === 3) {
     // Cut off from its first corner on, which is where its only ear is.

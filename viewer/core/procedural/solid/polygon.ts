@@ -117,6 +117,25 @@ export function turn(points: Float64Array, a: number, b: number, c: number, u: n
   return (num(points, b + v) - z) * (num(points, c + u) - x) - (num(points, b + u) - x) * (num(points, c + v) - z);
 }
 
+/** Axes of planes, by what is normal to them and which side is seen. */
+const ACROSS = [
+  [2, 1],
+  [0, 2],
+  [1, 0],
+  [1, 2],
+  [2, 0],
+  [0, 1],
+] as const;
+
+/** The axes of the plane in which a polygon with this normal has most area, with the order of that side kept. */
+export function axesAcross(x: number, y: number, z: number): readonly [u: number, v: number] {
+  let steep = 0;
+  if (Math.abs(y) > Math.abs(x)) steep = 1;
+  if (Math.abs(z) > Math.abs(steep === 0 ? x : y)) steep = 2;
+  const flipped = (steep === 0 ? x : steep === 1 ? y : z) < 0;
+  return ACROSS[flipped ? steep + 3 : steep] as readonly [number, number];
+}
+
 /**
  * The normal of a polygon in space, as long as twice its area (Newell).
  * @param points Three numbers each.

@@ -9,12 +9,11 @@ import { WIDTH } from "../plain/columns.ts";
 import type { Planned } from "../plain/plan.ts";
 import type { Faces } from "./flat.ts";
 import type { Mesh } from "./mesh.ts";
-import { turn as area } from "./polygon.ts";
+import { turn as area, axesAcross } from "./polygon.ts";
 
 /** Where the points of one turn are, three numbers each, and where they are placed. */
 let pointsOfTurn = new Float64Array(3 * 16);
 let placedOfTurn = new Float64Array(3 * 16);
-const frame = new Float64Array(12);
 
 /** Whether faces can be written so. */
 export function areTriangles(faces: Faces): boolean {
@@ -174,30 +173,13 @@ export function writeSheaf(
       continue;
     }
     extent.box(lowU, lowV, lowW, highU, highV, highW);
-    frame[0] = xx;
-    frame[1] = xy;
-    frame[2] = xz;
-    frame[3] = yx;
-    frame[4] = yy;
-    frame[5] = yz;
-    frame[6] = zx;
-    frame[7] = zy;
-    frame[8] = zz;
-    frame[9] = ox;
-    frame[10] = oy;
-    frame[11] = oz;
-    reach.placed(extent, frame, 0);
+    reach.placed(extent, Float64Array.of(xx, xy, xz, yx, yy, yz, zx, zy, zz, ox, oy, oz), 0);
   }
   return end;
 }
 
 /** Whether the triangle of three points with this normal is cut off as it is, looked at as `writeFace` does. */
 function isEar(points: Float64Array, x: number, y: number, z: number, a: number, b: number, c: number): boolean {
-  let steep = 0;
-  if (Math.abs(y) > Math.abs(x)) steep = 1;
-  if (Math.abs(z) > Math.abs(steep === 0 ? x : y)) steep = 2;
-  const flipped = (steep === 0 ? x : steep === 1 ? y : z) < 0;
-  const next = steep === 2 ? 0 : steep + 1;
-  const last = steep === 0 ? 2 : steep - 1;
-  return area(points, c, a, b, flipped ? next : last, flipped ? last : next) > 0;
+  const across = axesAcross(x, y, z);
+  return area(points, c, a, b, across[0], across[1]) > 0;
 }
