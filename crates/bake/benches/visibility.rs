@@ -322,33 +322,32 @@ fn look(world: &World, cell: &Region) -> Vec<u32> {
 }
 
 fn growth() {
-    println!("\ngrowth at equal density: ms for a cell; a naive sampler asks every object with 16 sight lines\n");
-    println!("| buildings | one occluder | fused | `conservative` | naive sampler | not hidden |");
+    println!("\ngrowth at equal density: ms for a cell, and what is not hidden; a naive sampler asks every object with 16 sight lines\n");
+    println!("| buildings | streets | one occluder | fused | `conservative` | naive sampler |");
     println!("|---|---|---|---|---|---|");
-    for blocks in [[28, 19], [56, 38], [112, 76]] {
-        let city = City { blocks, ..City::DENSE };
+    let sizes = [[28, 19], [56, 38], [112, 76]];
+    let cities = [City::DENSE, City::QUARTERS].into_iter();
+    for city in cities.flat_map(|city| sizes.map(|blocks| City { blocks, ..city })) {
         let world = World::new(&city.scene()).unwrap();
         let scenery = Scenery::of(&world);
         let cells = regions(&world, &city);
-        let mut open = 0;
-        let mut per_cell = |settings: ConservativeSettings| {
-            let (ms, found) = timed(|| {
+        let per_cell = |settings: ConservativeSettings| {
+            let (ms, open) = timed(|| {
                 let mut observer = Observer::new(&scenery, settings);
                 cells
                     .iter()
                     .map(|cell| observer.visible(cell, &[]).len())
                     .sum::<usize>()
             });
-            open = found;
-            ms / CELLS as f64
+            format!("{:.2}, {:.0}", ms / CELLS as f64, open as f64 / CELLS as f64)
         };
         let all = settings();
-        let [one, fused, conservative] = [all[0].1, all[1].1, all[5].1].map(&mut per_cell);
+        let [one, fused, conservative] = [all[0].1, all[1].1, all[5].1].map(per_cell);
         let naive = timed(|| naive(&world, &cells[..2])).0 / 2.0;
         println!(
-            "| {} | {one:.2} | {fused:.2} | {conservative:.2} | {naive:.1} | {:.1} |",
+            "| {} | {} | {one} | {fused} | {conservative} | {naive:.1} |",
             world.object_bounds().len(),
-            open as f64 / CELLS as f64
+            if city.closed_after == 0 { "lead on" } else { "end" },
         );
     }
 }

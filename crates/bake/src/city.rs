@@ -20,6 +20,8 @@ pub struct City {
     pub spacing_m: f64,
     /// The share of buildings made of three boxes.
     pub stacked_share: f32,
+    /// Every so many buildings along x and z a row of taller ones stands wall to wall, so that no street leads on; 0 for none.
+    pub closed_after: usize,
     /// Where random numbers start.
     pub seed: u64,
 }
@@ -30,6 +32,7 @@ impl City {
         blocks: [56, 38],
         spacing_m: 17.0,
         stacked_share: 0.25,
+        closed_after: 0,
         seed: 1998,
     };
     /// The paper's `city2`: as many buildings, further apart.
@@ -38,8 +41,21 @@ impl City {
         ..Self::DENSE
     };
 
+    /// Ours: as dense, in quarters from which no street leads. What is seen from a street does not grow with such a city.
+    pub const QUARTERS: Self = Self {
+        closed_after: 8,
+        ..Self::DENSE
+    };
+
     /// The edge of the paper's cells: a quarter of a building.
     pub const CELL_M: f64 = 2.75;
+
+    /// How high buildings that stand wall to wall are: no other is higher.
+    const CLOSING_M: f64 = 44.0;
+
+    fn closes(&self, line: usize) -> bool {
+        self.closed_after > 0 && line.is_multiple_of(self.closed_after)
+    }
 
     /// The boxes of each building from the ground up, in metres, +Y up, the ground at 0.
     #[must_use]
@@ -71,7 +87,14 @@ impl City {
                     (bottom, share) = (top, share * between(0.6, 0.95));
                     body
                 });
-                buildings.push(boxes.collect());
+                let boxes: Vec<_> = boxes.collect();
+                buildings.push(if self.closes(column) || self.closes(row) {
+                    let lot = DVec3::new(column as f64, 0.0, row as f64) * self.spacing_m;
+                    let half = DVec3::new(0.5, 0.0, 0.5) * self.spacing_m;
+                    vec![[lot - half, lot + half + Self::CLOSING_M * DVec3::Y]]
+                } else {
+                    boxes
+                });
             }
         }
         buildings
