@@ -64,7 +64,7 @@ async function buildTo(outDir) {
 
 /** In the page: notes when frames begin and which tasks were long, and has a known piece of work to do. */
 function takeNotes() {
-  const notes = { frames: [], long: [], work: [] };
+  const notes = { frames: [], long: [], work: [], unready: [] };
   window.notes = notes;
   const request = window.requestAnimationFrame.bind(window);
   window.requestAnimationFrame = (callback) =>
@@ -75,6 +75,21 @@ function takeNotes() {
   new PerformanceObserver((list) => {
     for (const { startTime, duration } of list.getEntries()) notes.long.push([startTime, duration]);
   }).observe({ type: "longtask", buffered: true });
+  // Who draws with a program that is made in the same task, or is not ready yet, waits for it.
+  const { linkProgram, useProgram } = WebGL2RenderingContext.prototype;
+  const unused = new Map();
+  WebGL2RenderingContext.prototype.linkProgram = function (program) {
+    unused.set(program, "made");
+    setTimeout(() => unused.set(program, "asked for"));
+    linkProgram.call(this, program);
+  };
+  WebGL2RenderingContext.prototype.useProgram = function (program) {
+    const parallel = unused.has(program) && this.getExtension("KHR_parallel_shader_compile");
+    const isUnready = parallel && !this.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR);
+    if (unused.get(program) === "made" || isUnready) notes.unready.push(performance.now());
+    unused.delete(program);
+    useProgram.call(this, program);
+  };
   const text = JSON.stringify(Array.from({ length: 1500 }, (_, i) => ({ id: `o${i}`, at: [i, i / 3, -i] })));
   const work = () => JSON.parse(text).sort((a, b) => b.at[1] - a.at[1]).length;
   window.workFor = (ms) =>
@@ -164,7 +179,8 @@ class Tour {
     const long = notes.long.filter(([ms]) => within(ms) && ms > BEGUN_MS);
     const samples = samplesOf(profile, ran, origin_s);
     const tasks = long.map(([ms, duration]) => ({ start_ms: ms, end_ms: ms + duration }));
-    this.legs.push({ name, spans, frames: spent(samples, spans), tasks, long: spent(samples, tasks) });
+    const unready = notes.unready.filter(within).length;
+    this.legs.push({ name, unready, spans, frames: spent(samples, spans), tasks, long: spent(samples, tasks) });
     if (!values.save) return;
     mkdirSync(values.save, { recursive: true });
     const file = `${this.run}-${this.legs.length}-${name}.cpuprofile`
@@ -301,7 +317,9 @@ function table({ run, machine, legs, state }) {
   const tasks = legs.flatMap(({ name, tasks, long }) => tasks.map((task, i) => ({ name, ...task, sums: long[i] })));
   const total_ms = ({ sums }) => KINDS.reduce((sum, kind) => sum + sums[kind].ms, 0);
   const isMost = (kind) => (task) => KINDS.every((other) => task.sums[kind].ms >= task.sums[other].ms);
-  console.log(`\nTasks of more than ${LONG_MS} ms after the first second: ${tasks.length}`);
+  const unready = legs.reduce((sum, leg) => sum + leg.unready, 0);
+  console.log(`\nPrograms that were drawn with before they were ready: ${unready}`);
+  console.log(`Tasks of more than ${LONG_MS} ms after the first second: ${tasks.length}`);
   console.log(`  of these in CPU time: ${tasks.filter((task) => total_ms(task) > LONG_MS).length}`);
   for (const kind of KINDS) {
     const longest_ms = Math.max(0, ...tasks.map(({ sums }) => sums[kind].ms));

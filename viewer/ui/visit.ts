@@ -64,10 +64,13 @@ export class Visit {
     () => {
       this.dirty = true;
     },
-    (root) => this.parts.stage.prepare(root),
+    (root) => this.prepare(root),
   );
   /** What the inspector draws into the picture. */
-  readonly overlay = new Overlay();
+  readonly overlay = new Overlay(
+    (root) => this.prepare(root),
+    () => this.redraw(),
+  );
   /** What a frame takes besides drawing and decoding: walking, choosing what to fetch, and people. */
   readonly work = new FrameTimes(WORK_FRAMES);
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
@@ -207,8 +210,8 @@ export class Visit {
   }
 
   /** While the view is frozen: leaves out of the picture what is above the eye, such as ceilings. */
-  cutAway(cut: boolean): void {
-    this.frozenView?.cutAway(cut);
+  async cutAway(cut: boolean): Promise<void> {
+    await this.frozenView?.cutAway(cut);
     this.dirty = true;
   }
 
@@ -231,6 +234,11 @@ export class Visit {
   /** Adds something to the picture. */
   add(object: Object3D): void {
     this.parts.stage.add(object);
+  }
+
+  /** Waits until what is below a node can be drawn without waiting. */
+  prepare(root: Object3D): Promise<void> {
+    return this.parts.stage.prepare(root);
   }
 
   /** Lets something draw pictures of its own. */
