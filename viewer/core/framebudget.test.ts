@@ -78,3 +78,50 @@ it("a frame that took very long grants a share of that", async () => {
   await turn();
   await all;
 });
+
+it("work of many pieces stops where the time of a frame is used up, and others go in between", async () => {
+  const pieces = budget.runPieces(
+    (function* () {
+      for (let piece = 1; piece <= 4; piece += 1) {
+        now_ms += 5;
+        done.push(10 + piece);
+        yield;
+      }
+      return "whole";
+    })(),
+  );
+  const other = work(1, "urgent");
+  await turn();
+  expect(done).toEqual([11, 12]);
+  budget.beginFrame();
+  await turn();
+  expect(done).toEqual([11, 12, 1, 13, 14]);
+  budget.beginFrame();
+  await turn();
+  await other;
+  expect(await pieces).toBe("whole");
+});
+
+it("what fails in a piece fails for who waits for the whole, and others go on", async () => {
+  const broken = budget.runPieces(
+    (function* () {
+      yield;
+      throw new Error("damaged");
+    })(),
+  );
+  await expect(broken).rejects.toThrow("damaged");
+  await work(1);
+  expect(done).toEqual([1]);
+});
+
+it("much work after a slow frame is done in several tasks", async () => {
+  budget.beginFrame(400);
+  const all = Promise.all([1, 2, 3, 4].map((id) => work(id)));
+  // As far as what has begun goes on at once.
+  for (let i = 0; i < 100; i += 1) await Promise.resolve();
+  expect(done).toEqual([1, 2]);
+  await turn();
+  await turn();
+  await all;
+  expect(done).toEqual([1, 2, 3, 4]);
+});

@@ -5,14 +5,19 @@
  * a share of the time after one that took very long, so that a machine without a graphics card still finishes loading. What waits runs
  * in a task of its own, behind the frame's.
  */
+import type { Pieces } from "./pieces.ts";
 
 /** How long a frame takes on a usual screen, at most. */
 const FRAME_MS = 17;
 /** After what takes longer nobody sees a motion, so a share of that time is granted, up to what makes no task a long one. */
 const [SLOW_MS, SLOW_SHARE, MOST_MS] = [150, 0.25, 40];
+/** Nothing more begins in a task after so much, so that what else the page has to do comes in between. */
+const TASK_MS = 8;
 
 export class FrameBudget {
   private spent_ms = 0;
+  /** What work took since a task of its own began. */
+  private inTask_ms = 0;
   private granted_ms: number;
   private busy = false;
   /** Work that others wait for, such as documents, and after it the rest. */
@@ -35,10 +40,7 @@ export class FrameBudget {
     clearTimeout(this.late);
     this.late = undefined;
     this.spent_ms = 0;
-    clearTimeout(this.soon);
-    this.soon = setTimeout(() => {
-      if (!this.busy) this.next();
-    });
+    this.goOnSoon();
     return this.granted_ms / this.least_ms;
   }
 
@@ -59,9 +61,12 @@ export class FrameBudget {
     try {
       return await work();
     } finally {
-      this.spent_ms += this.now_ms() - start_ms;
+      const took_ms = this.now_ms() - start_ms;
+      this.spent_ms += took_ms;
+      this.inTask_ms += took_ms;
       this.busy = false;
-      if (this.spent_ms < this.granted_ms) this.next();
+      if (this.spent_ms < this.granted_ms && this.inTask_ms < TASK_MS) this.next();
+      else if (this.spent_ms < this.granted_ms) this.goOnSoon();
       else this.late ??= setTimeout(() => this.beginFrame(), FRAME_MS);
     }
   }
@@ -70,6 +75,28 @@ export class FrameBudget {
   async begin<T>(work: () => Promise<T>): Promise<T> {
     const { ended } = await this.run(() => ({ ended: work() }), "urgent");
     return ended;
+  }
+
+  /** Does work of many pieces, of which each stops where the time is used up; others wait for it. */
+  async runPieces<T>(work: Pieces<T>): Promise<T> {
+    for (;;) {
+      const step = await this.run(() => {
+        const end_ms = this.now_ms() + this.least_ms;
+        let step = work.next();
+        while (!step.done && this.now_ms() < end_ms) step = work.next();
+        return step;
+      }, "urgent");
+      if (step.done) return step.value;
+    }
+  }
+
+  /** Lets waiting work run in a task of its own. */
+  private goOnSoon(): void {
+    clearTimeout(this.soon);
+    this.soon = setTimeout(() => {
+      this.inTask_ms = 0;
+      if (!this.busy) this.next();
+    });
   }
 
   private next(): void {
