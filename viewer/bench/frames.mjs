@@ -12,7 +12,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { build, preview } from "vite";
-import { DESKTOP, launch } from "../e2e/browser.mjs";
+import { DESKTOP, launch, watchPrograms } from "../e2e/browser.mjs";
 import { KINDS, most, quantile, samplesOf, spent, tasksOf } from "./mainthread.mjs";
 
 const { positionals, values } = parseArgs({
@@ -64,7 +64,7 @@ async function buildTo(outDir) {
 
 /** In the page: notes when frames begin and which tasks were long, and has a known piece of work to do. */
 function takeNotes() {
-  const notes = { frames: [], long: [], work: [], unready: [] };
+  const notes = { frames: [], long: [], work: [] };
   window.notes = notes;
   const request = window.requestAnimationFrame.bind(window);
   window.requestAnimationFrame = (callback) =>
@@ -75,21 +75,6 @@ function takeNotes() {
   new PerformanceObserver((list) => {
     for (const { startTime, duration } of list.getEntries()) notes.long.push([startTime, duration]);
   }).observe({ type: "longtask", buffered: true });
-  // Who draws with a program that is made in the same task, or is not ready yet, waits for it.
-  const { linkProgram, useProgram } = WebGL2RenderingContext.prototype;
-  const unused = new Map();
-  WebGL2RenderingContext.prototype.linkProgram = function (program) {
-    unused.set(program, "made");
-    setTimeout(() => unused.set(program, "asked for"));
-    linkProgram.call(this, program);
-  };
-  WebGL2RenderingContext.prototype.useProgram = function (program) {
-    const parallel = unused.has(program) && this.getExtension("KHR_parallel_shader_compile");
-    const isUnready = parallel && !this.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR);
-    if (unused.get(program) === "made" || isUnready) notes.unready.push(performance.now());
-    unused.delete(program);
-    useProgram.call(this, program);
-  };
   const text = JSON.stringify(Array.from({ length: 1500 }, (_, i) => ({ id: `o${i}`, at: [i, i / 3, -i] })));
   const work = () => JSON.parse(text).sort((a, b) => b.at[1] - a.at[1]).length;
   window.workFor = (ms) =>
@@ -179,7 +164,7 @@ class Tour {
     const long = notes.long.filter(([ms]) => within(ms) && ms > BEGUN_MS);
     const samples = samplesOf(profile, ran, origin_s);
     const tasks = long.map(([ms, duration]) => ({ start_ms: ms, end_ms: ms + duration }));
-    const unready = notes.unready.filter(within).length;
+    const unready = (await page.evaluate(() => window.unready)).filter(within).length;
     this.legs.push({ name, unready, spans, frames: spent(samples, spans), tasks, long: spent(samples, tasks) });
     if (!values.save) return;
     mkdirSync(values.save, { recursive: true });
@@ -247,6 +232,7 @@ async function go(browser, origin, { name: run, line, rasterises }, places) {
   const context = await browser.newContext(DESKTOP);
   const page = await context.newPage();
   await page.addInitScript(takeNotes);
+  await page.addInitScript(watchPrograms);
   if (!rasterises) await page.addInitScript(leaveOutPictures);
   const devtools = await context.newCDPSession(page);
   await devtools.send("Performance.enable");

@@ -71,7 +71,9 @@ const PATIENCE_MS = 10_000;
 const SLICE_MS = 4;
 
 export class Programs {
-  private ready = new WeakMap<Program, Promise<void>>();
+  private compiled = new WeakMap<Program, Promise<void>>();
+  /** Programs of which three.js knows what they take. */
+  private known = new WeakSet<Program>();
   /** All that was prepared and can still be drawn, by material and kind of mesh. */
   private readonly surfaces = new Map<Material, Map<string, Surface>>();
   private isCut = false;
@@ -115,7 +117,8 @@ export class Programs {
 
   /** Waits until all that was prepared can be drawn by a graphics card that has lost it. */
   async renew(): Promise<void> {
-    this.ready = new WeakMap();
+    this.compiled = new WeakMap();
+    this.known = new WeakSet();
     const all = this.all();
     for (const { ways } of all) ways.clear();
     await this.prepareAll(all);
@@ -135,8 +138,7 @@ export class Programs {
         surface.ways.add(name);
       }
     }
-    const programs = new Set(surfaces.flatMap(({ material }) => this.programsOf(material)));
-    await Promise.all([...programs].map((program) => this.whenReady(program)));
+    await this.finish(new Set(surfaces.flatMap(({ material }) => this.programsOf(material))));
   }
 
   private waysOf({ material }: Surface): Way[] {
@@ -217,22 +219,34 @@ export class Programs {
     return [...(programs?.values() ?? [])];
   }
 
-  private whenReady(program: Program): Promise<void> {
-    const ready = this.ready.get(program) ?? this.finish(program);
-    this.ready.set(program, ready);
-    return ready;
+  /** Waits until programs are compiled, all of them: what is asked of one meanwhile waits for the others, too. */
+  private async finish(programs: ReadonlySet<Program>): Promise<void> {
+    const unknown = [...programs].filter((program) => !this.known.has(program));
+    if (unknown.length === 0) return;
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    await Promise.all(unknown.map((program) => this.whenCompiled(gl, program)));
+    await whenIdle(gl);
+    for (const program of unknown) {
+      if (!this.known.has(program) && !gl.isContextLost()) this.learn(gl, program);
+    }
   }
 
-  private async finish(program: Program): Promise<void> {
+  private whenCompiled(gl: WebGL2RenderingContext, program: Program): Promise<void> {
+    const known = this.compiled.get(program);
+    if (known) return known;
     // They are few, and dear: each stays when the last that was drawn with it goes.
     program.usedTimes += 1;
-    const gl = this.renderer.getContext() as WebGL2RenderingContext;
-    await compiled(gl, program.program as WebGLProgram);
-    if (gl.isContextLost()) return;
+    const compiled = whenCompiled(gl, program.program as WebGLProgram);
+    this.compiled.set(program, compiled);
+    return compiled;
+  }
+
+  /** From now on three.js knows what a program takes. */
+  private learn(gl: WebGL2RenderingContext, program: Program): void {
+    this.known.add(program);
     const isLinked = gl.getProgramParameter(program.program as WebGLProgram, gl.LINK_STATUS);
     if (!isLinked)
       console.error(`${program.name} cannot be drawn`, gl.getProgramInfoLog(program.program as WebGLProgram));
-    // From now on three.js knows what it takes.
     program.getUniforms();
   }
 }
@@ -299,20 +313,23 @@ function corners(): BufferGeometry {
   return geometry;
 }
 
-/**
- * Waits until a program is compiled and the graphics card has done all that it was told before, without asking anything that the browser
- * would have to wait for. What is asked then is answered at once.
- */
-async function compiled(gl: WebGL2RenderingContext, program: WebGLProgram): Promise<void> {
-  const end_ms = performance.now() + PATIENCE_MS;
-  const until = async (isDone: () => boolean) => {
-    do await new Promise((look) => setTimeout(look, LOOK_AGAIN_MS));
-    while (!gl.isContextLost() && performance.now() < end_ms && !isDone());
-  };
+/** Waits until a program is compiled, without asking anything that the browser would have to wait for. */
+async function whenCompiled(gl: WebGL2RenderingContext, program: WebGLProgram): Promise<void> {
   const parallel = gl.getExtension("KHR_parallel_shader_compile");
-  if (parallel) await until(() => gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR) as boolean);
+  // Without the extension: what was begun before is done when the graphics card is idle.
+  if (parallel) await until(gl, () => gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR) as boolean);
+}
+
+/** Waits until the graphics card has done what it was told, so that it answers at once. */
+async function whenIdle(gl: WebGL2RenderingContext): Promise<void> {
   const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
   gl.flush();
-  await until(() => !fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED);
+  await until(gl, () => !fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED);
   gl.deleteSync(fence);
+}
+
+async function until(gl: WebGL2RenderingContext, isDone: () => boolean): Promise<void> {
+  const end_ms = performance.now() + PATIENCE_MS;
+  do await new Promise((look) => setTimeout(look, LOOK_AGAIN_MS));
+  while (!gl.isContextLost() && performance.now() < end_ms && !isDone());
 }

@@ -93,6 +93,11 @@ export class Stage {
     this.light(fast);
   }
 
+  /** Calls back when the graphics card is lost to the page, which nobody can draw on meanwhile. */
+  onLost(tell: () => void): void {
+    this.renderer.domElement.addEventListener("webglcontextlost", tell);
+  }
+
   /** Calls back when the graphics card, which had been lost to the page, can draw again; the picture is empty until then. */
   onRestored(draw: () => void): void {
     this.renderer.domElement.addEventListener("webglcontextrestored", () => void this.renew().then(draw));

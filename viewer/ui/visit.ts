@@ -36,6 +36,8 @@ export interface VisitParts {
   /** As in `ExplorerEvents`. */
   readonly answered?: () => void;
   readonly outdated?: () => void;
+  /** Told when the graphics card is lost to the page, and when it is here again. */
+  readonly graphics?: (state: "lost" | "here") => void;
 }
 
 /** Does what is done in every frame; answers whether the picture has changed. */
@@ -89,7 +91,7 @@ export class Visit {
   private frozenView: FrozenView | undefined;
 
   constructor(private readonly parts: VisitParts) {
-    const { scene, stage, display, posed, problem, answered, outdated, uses = {} } = parts;
+    const { scene, stage, display, posed, problem, answered, outdated, graphics, uses = {} } = parts;
     this.reporter = new Reporter(display, posed);
     this.explorer = new Explorer(
       scene,
@@ -108,7 +110,14 @@ export class Visit {
     stage.add(this.host.root);
     stage.add(this.overlay.root);
     stage.fit(scene.manifest.bounds);
-    stage.onRestored(() => this.redraw());
+    stage.onLost(() => {
+      // Who leaves gives it back, too.
+      if (!this.closed) graphics?.("lost");
+    });
+    stage.onRestored(() => {
+      graphics?.("here");
+      this.redraw();
+    });
     display.title(scene.manifest.title);
   }
 
