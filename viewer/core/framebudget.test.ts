@@ -113,15 +113,3 @@ it("what fails in a piece fails for who waits for the whole, and others go on", 
   await work(1);
   expect(done).toEqual([1]);
 });
-
-it("much work after a slow frame is done in several tasks", async () => {
-  budget.beginFrame(400);
-  const all = Promise.all([1, 2, 3, 4].map((id) => work(id)));
-  // As far as what has begun goes on at once.
-  for (let i = 0; i < 100; i += 1) await Promise.resolve();
-  expect(done).toEqual([1, 2]);
-  await turn();
-  await turn();
-  await all;
-  expect(done).toEqual([1, 2, 3, 4]);
-});

@@ -11,13 +11,9 @@ import type { Pieces } from "./pieces.ts";
 const FRAME_MS = 17;
 /** After what takes longer nobody sees a motion, so a share of that time is granted, up to what makes no task a long one. */
 const [SLOW_MS, SLOW_SHARE, MOST_MS] = [150, 0.25, 40];
-/** Nothing more begins in a task after so much, so that what else the page has to do comes in between. */
-const TASK_MS = 8;
 
 export class FrameBudget {
   private spent_ms = 0;
-  /** What work took since a task of its own began. */
-  private inTask_ms = 0;
   private granted_ms: number;
   private busy = false;
   /** Work that others wait for, such as documents, and after it the rest. */
@@ -40,7 +36,10 @@ export class FrameBudget {
     clearTimeout(this.late);
     this.late = undefined;
     this.spent_ms = 0;
-    this.goOnSoon();
+    clearTimeout(this.soon);
+    this.soon = setTimeout(() => {
+      if (!this.busy) this.next();
+    });
     return this.granted_ms / this.least_ms;
   }
 
@@ -61,12 +60,9 @@ export class FrameBudget {
     try {
       return await work();
     } finally {
-      const took_ms = this.now_ms() - start_ms;
-      this.spent_ms += took_ms;
-      this.inTask_ms += took_ms;
+      this.spent_ms += this.now_ms() - start_ms;
       this.busy = false;
-      if (this.spent_ms < this.granted_ms && this.inTask_ms < TASK_MS) this.next();
-      else if (this.spent_ms < this.granted_ms) this.goOnSoon();
+      if (this.spent_ms < this.granted_ms) this.next();
       else this.late ??= setTimeout(() => this.beginFrame(), FRAME_MS);
     }
   }
@@ -88,15 +84,6 @@ export class FrameBudget {
       }, "urgent");
       if (step.done) return step.value;
     }
-  }
-
-  /** Lets waiting work run in a task of its own. */
-  private goOnSoon(): void {
-    clearTimeout(this.soon);
-    this.soon = setTimeout(() => {
-      this.inTask_ms = 0;
-      if (!this.busy) this.next();
-    });
   }
 
   private next(): void {

@@ -63,8 +63,9 @@ export class Stage {
     const backdrop = sky();
     stage.add(backdrop);
     await Promise.all([stage.prepare(backdrop), stage.prepare(usualMeshes())]);
-    // The first picture does not wait for these.
-    void stage.programs.prepareAhead(rarerMeshes());
+    // Who begins now does so in a task of its own, and does not wait for what is seldom needed.
+    await nextTask();
+    void nextTask().then(() => stage.programs.prepareAhead(rarerMeshes()));
     return stage;
   }
 
