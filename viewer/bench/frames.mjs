@@ -12,7 +12,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { build, preview } from "vite";
-import { DESKTOP, launch } from "../e2e/browser.mjs";
+import { DESKTOP, launch, watchPrograms } from "../e2e/browser.mjs";
 import { KINDS, most, quantile, samplesOf, spent, tasksOf } from "./mainthread.mjs";
 
 const { positionals, values } = parseArgs({
@@ -164,7 +164,8 @@ class Tour {
     const long = notes.long.filter(([ms]) => within(ms) && ms > BEGUN_MS);
     const samples = samplesOf(profile, ran, origin_s);
     const tasks = long.map(([ms, duration]) => ({ start_ms: ms, end_ms: ms + duration }));
-    this.legs.push({ name, spans, frames: spent(samples, spans), tasks, long: spent(samples, tasks) });
+    const unready = (await page.evaluate(() => window.unready)).filter(within).length;
+    this.legs.push({ name, unready, spans, frames: spent(samples, spans), tasks, long: spent(samples, tasks) });
     if (!values.save) return;
     mkdirSync(values.save, { recursive: true });
     const file = `${this.run}-${this.legs.length}-${name}.cpuprofile`
@@ -231,6 +232,7 @@ async function go(browser, origin, { name: run, line, rasterises }, places) {
   const context = await browser.newContext(DESKTOP);
   const page = await context.newPage();
   await page.addInitScript(takeNotes);
+  await page.addInitScript(watchPrograms);
   if (!rasterises) await page.addInitScript(leaveOutPictures);
   const devtools = await context.newCDPSession(page);
   await devtools.send("Performance.enable");
@@ -301,7 +303,9 @@ function table({ run, machine, legs, state }) {
   const tasks = legs.flatMap(({ name, tasks, long }) => tasks.map((task, i) => ({ name, ...task, sums: long[i] })));
   const total_ms = ({ sums }) => KINDS.reduce((sum, kind) => sum + sums[kind].ms, 0);
   const isMost = (kind) => (task) => KINDS.every((other) => task.sums[kind].ms >= task.sums[other].ms);
-  console.log(`\nTasks of more than ${LONG_MS} ms after the first second: ${tasks.length}`);
+  const unready = legs.reduce((sum, leg) => sum + leg.unready, 0);
+  console.log(`\nPrograms that were drawn with before they were ready: ${unready}`);
+  console.log(`Tasks of more than ${LONG_MS} ms after the first second: ${tasks.length}`);
   console.log(`  of these in CPU time: ${tasks.filter((task) => total_ms(task) > LONG_MS).length}`);
   for (const kind of KINDS) {
     const longest_ms = Math.max(0, ...tasks.map(({ sums }) => sums[kind].ms));

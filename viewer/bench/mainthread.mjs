@@ -33,6 +33,8 @@ const SPECIAL = { "(idle)": "idle", "(garbage collector)": "garbage", "(program)
 /** Who is answerable for a function, given who called it. */
 function kindOf({ functionName, url }, caller) {
   if (functionName in SPECIAL) return SPECIAL[functionName];
+  // To prepare what will be drawn is not to draw, though the stage is asked for it.
+  if (url.endsWith("/three-programs.js")) return "streaming";
   if (caller === "drawing") return UPLOADS.has(functionName) ? "streaming" : caller;
   if (url.endsWith("/three-stage.js") || isLook(functionName, url)) return "drawing";
   if (caller === "company" || COMPANY.test(url)) return "company";

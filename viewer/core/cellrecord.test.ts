@@ -4,13 +4,18 @@ import { hullOf } from "../test/fixture.ts";
 import {
   type CellRecord,
   CellRecordError,
-  decodeCellRecord,
+  type DecodedRecord,
   decodeSteps,
-  followStep,
+  decodeCellRecord as decoding,
+  followStep as following,
   solidAngleOf,
   visibleObjects,
 } from "./cellrecord.ts";
 import { missBoundOf } from "./geometrysection.ts";
+import { atOnce } from "./pieces.ts";
+
+const decodeCellRecord = (bytes: Uint8Array) => atOnce(decoding(bytes));
+const followStep = (from: DecodedRecord, step: Uint8Array) => atOnce(following(from, step));
 
 /** Written by the scene crate for the record below. */
 const GOLDEN_RECORD =

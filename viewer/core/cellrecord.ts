@@ -4,6 +4,7 @@
  * how many steps, for each where it leads and its length, then the steps. A record that a step led to can be stepped from.
  */
 import { type GeometrySection, readGeometrySection } from "./geometrysection.ts";
+import type { Pieces } from "./pieces.ts";
 import { CellRecordError, Decoder, damaged } from "./rangecoder.ts";
 import { type Coded, codeChanges, NOTHING } from "./recordcoding.ts";
 
@@ -65,16 +66,16 @@ function isBefore(a: Visible, b: Visible): boolean {
 }
 
 /** Reads the binary form. */
-export function decodeCellRecord(bytes: Uint8Array): DecodedRecord {
+export function* decodeCellRecord(bytes: Uint8Array): Pieces<DecodedRecord> {
   const header = new Header(bytes, RECORD, "a cell record");
   const length = header.integer();
   const stream = header.take(length);
   header.finish();
-  return changed(NOTHING, stream);
+  return yield* changed(NOTHING, stream);
 }
 
 /** What a step makes of the record that it starts from. */
-export function followStep(from: DecodedRecord, step: Uint8Array): DecodedRecord {
+export function followStep(from: DecodedRecord, step: Uint8Array): Pieces<DecodedRecord> {
   return changed(from.coded, step);
 }
 
@@ -93,10 +94,11 @@ export function decodeSteps(bytes: Uint8Array): Steps {
   return { from, to };
 }
 
-function changed(before: Coded, stream: Uint8Array): DecodedRecord {
+function* changed(before: Coded, stream: Uint8Array): Pieces<DecodedRecord> {
   const decoder = new Decoder(stream);
-  const coded = codeChanges(decoder, before);
+  const coded = yield* codeChanges(decoder, before);
   decoder.finish();
+  yield;
   const byAngle = [...coded.objects].sort((a, b) => a.angle - b.angle || a.object - b.object);
   const list = (inside: boolean): Visible[] =>
     byAngle

@@ -62,7 +62,7 @@ export class CellRecords {
     if (!from?.entry.adjacent.includes(cell)) return undefined;
     try {
       const step = (await this.scene.steps(from.entry, priority))?.to.get(cell);
-      const decoded = step && (await this.scene.decode(() => followStep(from.decoded, step)));
+      const decoded = step && (await this.scene.decodePieces(followStep(from.decoded, step)));
       return decoded?.record.cell === cell ? decoded : undefined;
     } catch {
       // The record itself is still to be had, and says what is wrong when it is not.

@@ -78,3 +78,38 @@ it("a frame that took very long grants a share of that", async () => {
   await turn();
   await all;
 });
+
+it("work of many pieces stops where the time of a frame is used up, and others go in between", async () => {
+  const pieces = budget.runPieces(
+    (function* () {
+      for (let piece = 1; piece <= 4; piece += 1) {
+        now_ms += 5;
+        done.push(10 + piece);
+        yield;
+      }
+      return "whole";
+    })(),
+  );
+  const other = work(1, "urgent");
+  await turn();
+  expect(done).toEqual([11, 12]);
+  budget.beginFrame();
+  await turn();
+  expect(done).toEqual([11, 12, 1, 13, 14]);
+  budget.beginFrame();
+  await turn();
+  await other;
+  expect(await pieces).toBe("whole");
+});
+
+it("what fails in a piece fails for who waits for the whole, and others go on", async () => {
+  const broken = budget.runPieces(
+    (function* () {
+      yield;
+      throw new Error("damaged");
+    })(),
+  );
+  await expect(broken).rejects.toThrow("damaged");
+  await work(1);
+  expect(done).toEqual([1]);
+});

@@ -5,6 +5,7 @@
  * a share of the time after one that took very long, so that a machine without a graphics card still finishes loading. What waits runs
  * in a task of its own, behind the frame's.
  */
+import type { Pieces } from "./pieces.ts";
 
 /** How long a frame takes on a usual screen, at most. */
 const FRAME_MS = 17;
@@ -70,6 +71,19 @@ export class FrameBudget {
   async begin<T>(work: () => Promise<T>): Promise<T> {
     const { ended } = await this.run(() => ({ ended: work() }), "urgent");
     return ended;
+  }
+
+  /** Does work of many pieces, of which each stops where the time is used up; others wait for it. */
+  async runPieces<T>(work: Pieces<T>): Promise<T> {
+    for (;;) {
+      const step = await this.run(() => {
+        const end_ms = this.now_ms() + this.least_ms;
+        let step = work.next();
+        while (!step.done && this.now_ms() < end_ms) step = work.next();
+        return step;
+      }, "urgent");
+      if (step.done) return step.value;
+    }
   }
 
   private next(): void {

@@ -139,9 +139,10 @@ export class Planner {
     const known = looksAhead && this.hasBegun ? ahead.known : [];
     const wants = wanted({ eye, here: sight.objects, isAllKnown, ahead: known }, loads, this.target_px, bytes_per_s);
     // What is on its way to save memory is not begun anew while that is short.
-    const smaller = loads.short ? this.smaller() : undefined;
+    const wasShort = loads.short;
+    const smaller = wasShort ? this.smaller() : undefined;
     loads.follow(smaller && loads.isComing(smaller.object.model.model) ? [smaller, ...wants] : wants);
-    if (loads.short) this.makeDo(wants);
+    if (loads.short) this.makeDo(wants, wasShort ? smaller : this.smaller());
     // What is missing here was asked for by now, and goes first.
     if (looksAhead && outlook.hasSurveyed && isAllKnown && !loads.short) ahead.learn(bytes_per_s);
     if (length(velocity_mps) > CHANGED_MPS * size) outlook.walked.open();
@@ -149,9 +150,8 @@ export class Planner {
   }
 
   /** Memory does not hold what is visible: draws something more coarsely, or says that even that does not help. */
-  private makeDo(wants: readonly Want[]): void {
+  private makeDo(wants: readonly Want[], smaller: Want | undefined): void {
     const { loads, outlook, residency, problem } = this.parts;
-    const smaller = this.smaller();
     if (smaller) loads.follow([smaller, ...wants]);
     if (loads.pending > 0 || this.shortIn === outlook.sight.cell) return;
     this.shortIn = outlook.sight.cell;

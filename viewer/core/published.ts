@@ -25,6 +25,7 @@ import type { FetchQueue } from "./fetchqueue.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import { DocumentError, Json } from "./json.ts";
 import { type Model, readModelChunk } from "./modeldocument.ts";
+import { atOnce, type Pieces } from "./pieces.ts";
 import { decodePopulation, type Member } from "./population.ts";
 import { PRIORITY } from "./priority.ts";
 import type { Tree } from "./tree.ts";
@@ -92,6 +93,11 @@ export class PublishedScene {
     return this.budget?.run(work, "urgent") ?? Promise.resolve().then(work);
   }
 
+  /** The same, in pieces. */
+  decodePieces<T>(work: Pieces<T>): Promise<T> {
+    return this.budget?.runPieces(work) ?? this.decode(() => atOnce(work));
+  }
+
   page(file: FileRef, priority: number): Promise<Page> {
     return this.document(file, priority, "a page of an index", (bytes) =>
       readPage(jsonOf(bytes, `the index page ${file.url}`)),
@@ -130,8 +136,8 @@ export class PublishedScene {
 
   record(entry: CellEntry, priority: number): Promise<DecodedRecord> {
     const file = { url: entry.record, bytes: entry.recordBytes };
-    return this.document(file, priority, `what c${entry.cell} sees`, (bytes) => {
-      const decoded = decodeCellRecord(new Uint8Array(bytes));
+    return this.documentInPieces(file, priority, `what c${entry.cell} sees`, function* (bytes) {
+      const decoded = yield* decodeCellRecord(new Uint8Array(bytes));
       const { cell } = decoded.record;
       if (cell !== entry.cell) throw new Error(`the record of c${entry.cell} is one of c${cell}`);
       return decoded;
@@ -148,12 +154,19 @@ export class PublishedScene {
     });
   }
 
+  private document<T>(file: FileRef, priority: number, reason: string, decode: (bytes: ArrayBuffer) => T): Promise<T> {
+    // biome-ignore lint/correctness/useYield: it is short.
+    return this.documentInPieces(file, priority, reason, function* (bytes) {
+      return decode(bytes);
+    });
+  }
+
   /** Fetches and decodes once; a failure is forgotten, so that asking again tries again. */
-  private document<T>(
+  private documentInPieces<T>(
     { url, bytes }: FileRef,
     priority: number,
     reason: string,
-    decode: (bytes: ArrayBuffer) => T,
+    decode: (bytes: ArrayBuffer) => Pieces<T>,
   ): Promise<T> {
     const known = this.kept.get(url) as Promise<T> | undefined;
     const address = this.tree.resolve(url);
@@ -165,7 +178,7 @@ export class PublishedScene {
     }
     const reading = this.queue
       .request(address, priority, { reason, bytes })
-      .then((come) => this.decode(() => decode(come)));
+      .then((come) => this.decodePieces(decode(come)));
     this.kept.set(url, reading);
     reading.catch(() => this.kept.delete(url));
     for (const oldest of this.kept.keys()) {

@@ -3,12 +3,15 @@
  * `.cell` changes from nothing, a step from the record of an adjacent cell. Sets are gaps between rising ids; solid angles
  * and fractions are powers of two.
  */
+import type { Pieces } from "./pieces.ts";
 import { Bit, bits, ChangeModel, type Coder, damaged, NumberModel, SymbolModel, type Way } from "./rangecoder.ts";
 
 const SMALLEST_ANGLE = 63;
 const SMALLEST_FRACTION = 7;
 /** No geometry section is larger. */
 const LONGEST_GEOMETRY = 1 << 20;
+/** So many are coded in one go. */
+const PIECE_OBJECTS = 256;
 
 /** A record as it is coded. Its lists rise. */
 export interface Coded {
@@ -35,17 +38,15 @@ export interface CodedObject {
 export const NOTHING: Coded = { geometry: new Uint8Array(), objects: [], doors: [], cells: [] };
 
 /** Gives what a stream says has become of `before`; a coder that writes is given it as `after`. */
-export function codeChanges(coder: Coder, before: Coded, after: Coded = NOTHING): Coded {
+export function* codeChanges(coder: Coder, before: Coded, after: Coded = NOTHING): Pieces<Coded> {
   const geometry = codeText(coder, before.geometry, after.geometry);
   const ids = (coded: Coded) => coded.objects.map(({ object }) => object);
-  const objects = codeSet(coder, ids(before), ids(after));
+  yield;
+  const members = codeSet(coder, ids(before), ids(after));
+  yield;
   const doors = codeSet(coder, before.doors, after.doors);
-  return {
-    geometry,
-    objects: codeObjects(coder, before, after, objects, doors),
-    doors,
-    cells: codeSet(coder, before.cells, after.cells),
-  };
+  const objects = yield* codeObjects(coder, before, after, members, doors);
+  return { geometry, objects, doors, cells: codeSet(coder, before.cells, after.cells) };
 }
 
 /** Which members go, and the gaps between those that come, counted without members. */
@@ -71,13 +72,13 @@ function codeSet(coder: Coder, before: readonly number[], after: readonly number
   return members.sort((a, b) => a - b);
 }
 
-function codeObjects(
+function* codeObjects(
   coder: Coder,
   before: Coded,
   after: Coded,
   objects: readonly number[],
   doors: readonly number[],
-): CodedObject[] {
+): Pieces<CodedObject[]> {
   const anyLocal = coder.bit(
     new Bit(),
     after.objects.some(({ local }) => local),
@@ -91,7 +92,7 @@ function codeObjects(
   const doorModels = [bits(2), bits(2), bits(2)];
   const last = doors.map(() => false);
   let way: Way = 0;
-  return objects.map((object) => {
+  const code = (object: number): CodedObject => {
     const [was, goal] = [were.get(object), given.get(object)];
     let angle: number;
     let fraction: number;
@@ -112,7 +113,13 @@ function codeObjects(
       return last[index];
     });
     return { object, angle, fraction, local, doors: hiding };
-  });
+  };
+  const coded: CodedObject[] = [];
+  for (const object of objects) {
+    if (coded.length % PIECE_OBJECTS === 0) yield;
+    coded.push(code(object));
+  }
+  return coded;
 }
 
 function contextOf(was: boolean | undefined): number {

@@ -42,6 +42,28 @@ export function launch() {
   return chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
 }
 
+/**
+ * In a page, before anything else runs there: notes in `window.unready` when something is drawn with a program that is made in the same
+ * task, or is not compiled yet, since who does that waits for it.
+ */
+export function watchPrograms() {
+  const { linkProgram, useProgram } = WebGL2RenderingContext.prototype;
+  const unused = new Map();
+  window.unready = [];
+  WebGL2RenderingContext.prototype.linkProgram = function (program) {
+    unused.set(program, "made");
+    setTimeout(() => unused.has(program) && unused.set(program, "asked for"));
+    linkProgram.call(this, program);
+  };
+  WebGL2RenderingContext.prototype.useProgram = function (program) {
+    const parallel = unused.has(program) && this.getExtension("KHR_parallel_shader_compile");
+    const isUnready = parallel && !this.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR);
+    if (unused.get(program) === "made" || isUnready) window.unready.push(performance.now());
+    unused.delete(program);
+    useProgram.call(this, program);
+  };
+}
+
 export const picture = (name) => join(artifacts, `${name}.png`);
 export const state = (page) => page.evaluate(() => window.belvedere.state());
 

@@ -24,6 +24,7 @@ const PANELS = [
   "recording",
   "intro",
   "mode",
+  "dark",
   "toast",
   "map",
   "help",

@@ -18,7 +18,7 @@ import { Controls } from "../ui/controls.ts";
 import { make } from "../ui/dom.ts";
 import { Doors } from "../ui/doors.ts";
 import { unlessForbidden } from "../ui/policy.ts";
-import { explain, NoSuchScene, type Server, serverAt } from "../ui/problem.ts";
+import { explain, NO_GRAPHICS, NoSuchScene, type Server, serverAt } from "../ui/problem.ts";
 import { Visit } from "../ui/visit.ts";
 import { Caption } from "./caption.ts";
 import { STYLE } from "./style.ts";
@@ -146,6 +146,10 @@ export class BelvedereScene extends HTMLElement {
       problem: (error) => this.fail(error, server, caption),
       answered: () => caption.answered(),
       outdated: () => this.showAnew(),
+      graphics: (state) => {
+        if (state === "lost") caption.problem(NO_GRAPHICS, true);
+        else caption.answered();
+      },
     });
     const begin = this.wanted ?? pose;
     this.wanted = undefined;

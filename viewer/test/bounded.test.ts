@@ -12,6 +12,7 @@ import {
 } from "../core/documents.ts";
 import { DocumentError, Json } from "../core/json.ts";
 import { readModelChunk } from "../core/modeldocument.ts";
+import { atOnce } from "../core/pieces.ts";
 import { decodePopulation } from "../core/population.ts";
 import { DcgError, grow, LIMITS, readProgram } from "../core/procedural/index.ts";
 import { ClusterTree, Selection } from "../core/select/index.ts";
@@ -142,14 +143,14 @@ const golden = (folder: string, ending: string) => {
 
 it("cell records and steps", () => {
   const records = starting("BVCR");
-  const from = decodeCellRecord(records[0] as Uint8Array);
+  const from = atOnce(decodeCellRecord(records[0] as Uint8Array));
   const steps = starting("BVST");
   const single = steps.flatMap((bytes) => [...decodeSteps(bytes).to.values()]).slice(0, 12);
   run([...records, ...steps, ...single], 4000, [CellRecordError], (bytes) => {
     const kinds = [
-      () => decodeCellRecord(bytes).record,
+      () => atOnce(decodeCellRecord(bytes)).record,
       () => decodeSteps(bytes),
-      () => followStep(from, bytes).record,
+      () => atOnce(followStep(from, bytes)).record,
     ];
     const found = kinds.map((decode) => {
       try {

@@ -6,6 +6,7 @@ import { crc32, deflateSync } from "node:zlib";
 import { type CellRecord, VERSION, type Visible } from "../core/cellrecord.ts";
 import type { Vec3 } from "../core/geometry.ts";
 import { METHODS, missBoundOf } from "../core/geometrysection.ts";
+import { atOnce } from "../core/pieces.ts";
 import { type Bit, type Coder, Interval } from "../core/rangecoder.ts";
 import { type Coded, codeChanges, NOTHING } from "../core/recordcoding.ts";
 
@@ -93,7 +94,7 @@ function geometryOf(record: CellRecord): Uint8Array {
 
 function changes(before: Coded, after: Coded): Uint8Array {
   const encoder = new Encoder();
-  codeChanges(encoder, before, after);
+  atOnce(codeChanges(encoder, before, after));
   return encoder.finish();
 }
 

@@ -3,8 +3,7 @@
  * are one draw call, all far ones another, by pictures; all who wear the same model are one too. A disc under their feet tells
  * in the inspector how often they are heard of.
  */
-import { Color, Group, Matrix4, Quaternion, Vector3, type WebGLRenderer } from "three";
-import type { FileRef } from "../core/documents.ts";
+import { Color, Group, Matrix4, Quaternion, Vector3 } from "three";
 import { length, subtract, type Vec3 } from "../core/geometry.ts";
 import type { Mover } from "../core/live/company.ts";
 import { colourOf, Gait, isFar, type Pose, type Round } from "../core/live/crowd.ts";
@@ -12,8 +11,8 @@ import type { Worn } from "../core/live/events.ts";
 import type { Eye } from "../core/screenerror.ts";
 import { Discs, FarCrowd, NearCrowd, type Somebody } from "./crowds.ts";
 import type { Person } from "./person.ts";
-import { capturePerson, pixelOf_m } from "./personcapture.ts";
-import { Wardrobe } from "./wardrobe.ts";
+import { PersonCapture, pixelOf_m } from "./personcapture.ts";
+import { type Studio, Wardrobe } from "./wardrobe.ts";
 
 /** A mover's position is that of its eyes. */
 export const EYE_HEIGHT_M = 1.62;
@@ -30,12 +29,13 @@ export interface Look {
   readonly rates: boolean;
 }
 
-/** What drawing people takes. */
-export interface Studio {
-  /** Lets something draw pictures of its own. */
-  paint(work: (renderer: WebGLRenderer) => void): void;
-  /** Brings a published file. */
-  fetch(file: FileRef): Promise<ArrayBuffer>;
+/** All who wear no model. */
+interface Crowd {
+  readonly person: Person;
+  readonly near: NearCrowd;
+  readonly far: FarCrowd;
+  /** The pictures of those who are far. */
+  readonly capture: PersonCapture;
 }
 
 /** One of the people, as they were drawn last. */
@@ -54,15 +54,16 @@ export class Avatars {
   private readonly figures = new Map<number, Figure>();
   private readonly discs = new Discs(this.root);
   private readonly wardrobe: Wardrobe;
-  private crowd: { readonly person: Person; readonly near: NearCrowd } | undefined;
+  private crowd: Crowd | undefined;
   private asked = false;
-  private far: FarCrowd | undefined;
+  /** Whether far people have their pictures. */
+  private isCaptured = false;
   private lookedFrom: Vec3 | undefined;
   private rates = false;
   private stale = false;
 
   constructor(private readonly studio: Studio) {
-    this.wardrobe = new Wardrobe(this.root, studio.fetch, () => {
+    this.wardrobe = new Wardrobe(this.root, studio, () => {
       this.stale = true;
     });
   }
@@ -103,9 +104,14 @@ export class Avatars {
   private grow(): void {
     if (this.asked) return;
     this.asked = true;
-    const grown = import("./person.ts").then(({ growPerson }) => {
+    const grown = import("./person.ts").then(async ({ growPerson }) => {
       const person = growPerson();
-      this.crowd = { person, near: new NearCrowd(person, this.root) };
+      const capture = new PersonCapture(person);
+      const near = new NearCrowd(person, this.root);
+      const far = new FarCrowd(capture.impostor, capture.pictures, this.root);
+      const all = [near.sample(), far.sample(), this.discs.sample(), ...capture.sample()];
+      await this.studio.prepare(new Group().add(...all));
+      this.crowd = { person, near, far, capture };
     });
     grown.catch((error: unknown) => console.warn("people cannot be drawn", error));
   }
@@ -119,33 +125,27 @@ export class Avatars {
     return figure;
   }
 
-  private draw({ person, near }: { person: Person; near: NearCrowd }): void {
+  private draw({ person, near, far, capture }: Crowd): void {
     const people: [Somebody[], Somebody[]] = [[], []];
     const wearers = new Map<string, Somebody[]>();
     const standing: Pose = { from: person.standing, to: person.standing, share: 0 };
     const discs: { world: Matrix4; colour: Color }[] = [];
-    for (const { colour, world, far, dressed, drawn } of this.figures.values()) {
+    for (const { colour, world, far: isFarOff, dressed, drawn } of this.figures.values()) {
       if (!drawn) continue;
       const { worn } = drawn.mover;
       const somebody = { world, colour, pose: drawn.pose };
       if (worn && dressed) listed(wearers, worn.impostor.colour.url).push(somebody);
-      else people[far ? 1 : 0].push(worn ? { ...somebody, pose: standing } : somebody);
+      else people[isFarOff ? 1 : 0].push(worn ? { ...somebody, pose: standing } : somebody);
       if (this.rates) discs.push({ world, colour: new Color(rateColour(drawn.mover.period_ms)) });
     }
     near.draw(people[0]);
-    if (people[1].length > 0) this.far ??= this.capture(person);
-    this.far?.draw(people[1]);
+    if (people[1].length > 0 && !this.isCaptured) {
+      this.isCaptured = true;
+      this.studio.paint((renderer) => capture.draw(renderer));
+    }
+    far.draw(people[1]);
     this.wardrobe.draw(wearers);
     this.discs.draw(discs);
-  }
-
-  private capture(person: Person): FarCrowd | undefined {
-    let crowd: FarCrowd | undefined;
-    this.studio.paint((renderer) => {
-      const { impostor, colour, shape } = capturePerson(person, renderer);
-      crowd = new FarCrowd(impostor, [colour, shape], this.root);
-    });
-    return crowd;
   }
 
   /** Turns pictures to the eye. */
@@ -153,7 +153,7 @@ export class Avatars {
     const moved = !this.lookedFrom || length(subtract(eye, this.lookedFrom)) > STEP_M;
     if (!moved && !changed) return;
     this.lookedFrom = eye;
-    this.far?.look(eye);
+    this.crowd?.far.look(eye);
     this.wardrobe.look(eye);
   }
 }

@@ -44,9 +44,14 @@ export class NearCrowd {
     this.material = bodyMaterial(person);
   }
 
+  /** One of what it draws. */
+  sample(): Object3D {
+    return this.make(0);
+  }
+
   draw(people: readonly Somebody[]): void {
     this.mesh = withRoom(this.mesh, people.length, (capacity) => {
-      const made = new InstancedMesh(bodyGeometry(this.person, capacity), this.material, capacity);
+      const made = this.make(capacity);
       this.root.add(made);
       return made;
     });
@@ -61,6 +66,10 @@ export class NearCrowd {
     });
     for (const attribute of [mesh.instanceMatrix, pose, tint]) attribute.needsUpdate = true;
   }
+
+  private make(capacity: number): InstancedMesh {
+    return new InstancedMesh(bodyGeometry(this.person, capacity), this.material, capacity);
+  }
 }
 
 /** People who are drawn by pictures of one model. */
@@ -74,6 +83,11 @@ export class FarCrowd {
     private readonly root: Object3D,
   ) {
     this.material = impostorMaterial(impostor, colour, shape);
+  }
+
+  /** One of what it draws. */
+  sample(): Object3D {
+    return new Squares(this.material, this.impostor, 0);
   }
 
   draw(people: readonly Somebody[]): void {
@@ -102,10 +116,14 @@ export class Discs {
 
   constructor(private readonly root: Object3D) {}
 
+  /** One of what it draws. */
+  sample(): Object3D {
+    return this.make(0);
+  }
+
   draw(discs: readonly { readonly world: Matrix4; readonly colour: Color }[]): void {
     this.mesh = withRoom(this.mesh, discs.length, (capacity) => {
-      const disc = new CircleGeometry(DISC_RADIUS_M, 32).rotateX(-Math.PI / 2).translate(0, ABOVE_GROUND_M, 0);
-      const made = new InstancedMesh(disc, this.material, capacity);
+      const made = this.make(capacity);
       this.root.add(made);
       return made;
     });
@@ -118,6 +136,13 @@ export class Discs {
     });
     mesh.instanceMatrix.needsUpdate = true;
     if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+  }
+
+  private make(capacity: number): InstancedMesh {
+    const disc = new CircleGeometry(DISC_RADIUS_M, 32).rotateX(-Math.PI / 2).translate(0, ABOVE_GROUND_M, 0);
+    const made = new InstancedMesh(disc, this.material, capacity);
+    made.instanceColor = new InstancedBufferAttribute(new Float32Array(3 * capacity), 3);
+    return made;
   }
 }
 

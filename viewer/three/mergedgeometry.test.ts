@@ -1,4 +1,12 @@
-import { BufferAttribute, BufferGeometry, InterleavedBuffer, InterleavedBufferAttribute, type TypedArray } from "three";
+import {
+  Box3,
+  BufferAttribute,
+  BufferGeometry,
+  InterleavedBuffer,
+  InterleavedBufferAttribute,
+  type TypedArray,
+  Vector3,
+} from "three";
 import { expect, it } from "vitest";
 import { formOf, merged } from "./mergedgeometry.ts";
 
@@ -91,4 +99,12 @@ it("what differs in how its numbers stand is of another form, and pictures' coor
     "paint",
     "position",
   ]);
+});
+
+it("where they are is known before anybody draws them", () => {
+  const [pieces, all] = [[published(0, 1), published(30, 2)], new Box3()];
+  const geometry = merged(pieces.map((piece) => ({ geometry: piece, paint: RED })));
+  for (const piece of pieces)
+    all.union(new Box3().setFromBufferAttribute(piece.getAttribute("position") as BufferAttribute));
+  expect(geometry.boundingSphere?.center.toArray()).toEqual(all.getCenter(new Vector3()).toArray());
 });

@@ -49,6 +49,8 @@ export function merged(pieces: readonly Piece[]): BufferGeometry {
   }
   geometry.setAttribute(PAINT, paintOf(geometry.getAttribute("position") as Attribute, pieces, corners));
   geometry.setIndex(indexOf(corners, count));
+  // Else who first draws it does this, in the middle of a frame.
+  geometry.computeBoundingSphere();
   return geometry;
 }
 

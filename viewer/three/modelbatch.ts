@@ -61,7 +61,7 @@ export class ModelBatch {
 
   remove(object: number): void {
     for (const instances of this.instances.values()) instances.remove(object);
-    for (const node of this.alone.get(object) ?? []) node.removeFromParent();
+    for (const node of this.alone.get(object) ?? []) leave(node);
     this.alone.delete(object);
   }
 
@@ -79,6 +79,7 @@ export class ModelBatch {
   release(): void {
     this.root.removeFromParent();
     for (const instances of this.instances.values()) instances.release();
+    for (const nodes of this.alone.values()) for (const node of nodes) leave(node);
   }
 
   private instancesOf(areMirrored: boolean): Instances {
@@ -90,7 +91,7 @@ export class ModelBatch {
   private standAlone(object: number, worldFromObject: Matrix4, parts: readonly Drawn[]): void {
     const before = this.alone.get(object) ?? [];
     const isSame = before.length === parts.length;
-    if (!isSame) for (const node of before) node.removeFromParent();
+    if (!isSame) for (const node of before) leave(node);
     if (parts.length === 0) this.alone.delete(object);
     if (parts.length === 0) return;
     const nodes = isSame ? before : parts.map((part) => copyOf(part, object));
@@ -126,13 +127,24 @@ function isShearing(worldFromObject: Matrix4, objectFromPart: Matrix4): boolean 
   return [x.dot(y), y.dot(z), z.dot(x)].some((cosine) => Math.abs(cosine) > SHEARED);
 }
 
-/** Draws the same geometry once more. */
+/**
+ * Draws the same geometry once more. What is sheared is an instance of its own, which stands at the origin of a mesh that is: so it takes
+ * the program that draws the others, and its normals are those of the mesh.
+ */
 function copyOf(part: Drawn, object: number): Drawn {
-  const copy = new (part.constructor as new (geometry: Drawn["geometry"], material: Drawn["material"]) => Drawn)(
-    part.geometry,
-    part.material,
-  );
+  const copy = isInstanced(part)
+    ? new InstancedMesh(part.geometry, part.material, 1)
+    : new (part.constructor as new (geometry: Drawn["geometry"], material: Drawn["material"]) => Drawn)(
+        part.geometry,
+        part.material,
+      );
   copy.matrixAutoUpdate = false;
   copy.userData.object = object;
   return copy;
+}
+
+/** Takes a node out of the picture, with what it alone takes of the graphics card. */
+function leave(node: Drawn): void {
+  node.removeFromParent();
+  if (node instanceof InstancedMesh) node.dispose();
 }

@@ -32,22 +32,54 @@ export interface Ink {
 export class Overlay {
   readonly root = new Group();
   private readonly layers = new Map<string, Object3D>();
+  /** What each layer is to be, which is in the picture as soon as it can be drawn. */
+  private readonly newest = new Map<string, Object3D>();
+
+  /** `prepare` answers when what is below a node can be drawn; `changed` is called when a layer has come into the picture. */
+  constructor(
+    private readonly prepare: (root: Object3D) => Promise<void>,
+    private readonly changed: () => void,
+  ) {}
 
   /** Draws a layer instead of what was drawn under its name; none takes it away. */
   set(name: string, shapes: readonly Object3D[]): void {
-    const before = this.layers.get(name);
-    before?.removeFromParent();
-    before?.traverse(dispose);
-    this.layers.delete(name);
-    if (shapes.length === 0) return;
-    const layer = new Group();
-    layer.add(...shapes);
-    this.layers.set(name, layer);
-    this.root.add(layer);
+    this.newest.delete(name);
+    if (shapes.length === 0) {
+      this.remove(name);
+      return;
+    }
+    const layer = new Group().add(...shapes);
+    this.newest.set(name, layer);
+    void this.bring(name, layer);
   }
 
   clear(): void {
-    for (const name of [...this.layers.keys()]) this.set(name, []);
+    this.newest.clear();
+    for (const name of [...this.layers.keys()]) this.remove(name);
+  }
+
+  /** Puts a layer into the picture in one step, unless there is a newer one by then. */
+  private async bring(name: string, layer: Object3D): Promise<void> {
+    try {
+      await this.prepare(layer);
+    } catch (error) {
+      console.warn(`the layer ${name} cannot be prepared`, error);
+    }
+    if (this.newest.get(name) !== layer) {
+      layer.traverse(dispose);
+      return;
+    }
+    this.remove(name);
+    this.layers.set(name, layer);
+    this.root.add(layer);
+    this.changed();
+  }
+
+  private remove(name: string): void {
+    const layer = this.layers.get(name);
+    layer?.removeFromParent();
+    layer?.traverse(dispose);
+    this.layers.delete(name);
   }
 }
 

@@ -16,6 +16,7 @@ import {
   LinearMipmapLinearFilter,
   Mesh,
   NearestFilter,
+  type Object3D,
   RawShaderMaterial,
   SRGBColorSpace,
   type Texture,
@@ -31,14 +32,6 @@ import type { Person } from "./person.ts";
 const SAMPLES = 4;
 /** How far colours reach beyond an outline, in pixels. */
 const FRINGE_PX = 8;
-
-/** The pictures of a person. */
-export interface Capture {
-  readonly impostor: Drawable;
-  readonly colour: Texture;
-  readonly shape: Texture;
-  close(): void;
-}
 
 const HEAD = /* glsl */ `precision highp float;
 precision highp int;
@@ -132,47 +125,68 @@ void main() {
   shape = count > 0.0 ? sumShape / count : vec4(0.5, 0.5, 0.5, 1.0);
 }`;
 
-/** Draws them. */
-export function capturePerson(person: Person, renderer: WebGLRenderer): Capture {
-  const moments = person.frames + 1;
-  const { views, size_px } = person;
-  const side = views * size_px;
-  const filters = { magFilter: NearestFilter, minFilter: NearestFilter };
-  const drawn = new WebGLRenderTarget(side * SAMPLES, side * SAMPLES, { count: 2, ...filters });
-  const atlas = new WebGLRenderTarget(side, side * moments, {
-    count: 2,
-    depthBuffer: false,
-    generateMipmaps: true,
-    magFilter: LinearFilter,
-    minFilter: LinearMipmapLinearFilter,
-  });
-  const [colour, shape] = atlas.textures as [Texture, Texture];
-  colour.colorSpace = SRGBColorSpace;
-  const body = new Mesh(viewsOf(person), drawMaterial(person));
-  const whole = new Mesh(square(), fillMaterial(drawn.textures as [Texture, Texture], size_px));
-  body.frustumCulled = false;
-  whole.frustumCulled = false;
-  const before = { target: renderer.getRenderTarget(), colour: renderer.getClearColor(new Color()) };
-  const alpha = renderer.getClearAlpha();
-  renderer.setClearColor(0, 0);
-  for (let moment = 0; moment < moments; moment += 1) {
-    body.material.uniforms.moment = { value: moment };
-    renderer.setRenderTarget(drawn);
-    renderer.clear();
-    renderer.render(body, new Camera());
-    whole.material.uniforms.firstRow = { value: moment * side };
-    atlas.viewport.set(0, moment * side, side, side);
-    atlas.scissor.copy(atlas.viewport);
-    atlas.scissorTest = true;
-    renderer.setRenderTarget(atlas);
-    renderer.render(whole, new Camera());
+/** The pictures of a person, which are empty until they are drawn. */
+export class PersonCapture {
+  readonly impostor: Drawable;
+  /** Colour, and shape. */
+  readonly pictures: readonly [Texture, Texture];
+  private readonly moments: number;
+  private readonly side: number;
+  private readonly drawn: WebGLRenderTarget;
+  private readonly atlas: WebGLRenderTarget;
+  private readonly body: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
+  private readonly whole: Mesh<BufferGeometry, RawShaderMaterial>;
+
+  constructor(person: Person) {
+    const { views, size_px, centre, radius } = person;
+    this.moments = person.frames + 1;
+    this.side = views * size_px;
+    const { moments, side } = this;
+    const filters = { magFilter: NearestFilter, minFilter: NearestFilter };
+    this.drawn = new WebGLRenderTarget(side * SAMPLES, side * SAMPLES, { count: 2, ...filters });
+    this.atlas = new WebGLRenderTarget(side, side * moments, {
+      count: 2,
+      depthBuffer: false,
+      generateMipmaps: true,
+      magFilter: LinearFilter,
+      minFilter: LinearMipmapLinearFilter,
+    });
+    this.pictures = this.atlas.textures as [Texture, Texture];
+    this.pictures[0].colorSpace = SRGBColorSpace;
+    this.impostor = { mapping: "hemi-octahedral", views, size_px, frames: moments, centre, radius };
+    this.body = new Mesh(viewsOf(person), drawMaterial(person));
+    this.whole = new Mesh(square(), fillMaterial(this.drawn.textures as [Texture, Texture], size_px));
+    this.body.frustumCulled = false;
+    this.whole.frustumCulled = false;
   }
-  renderer.setRenderTarget(before.target);
-  renderer.setClearColor(before.colour, alpha);
-  for (const one of [body.geometry, body.material, whole.geometry, whole.material, drawn]) one.dispose();
-  const { centre, radius } = person;
-  const impostor = { mapping: "hemi-octahedral", views, size_px, frames: moments, centre, radius } as const;
-  return { impostor, colour, shape, close: () => atlas.dispose() };
+
+  /** What it draws, to be prepared. */
+  sample(): Object3D[] {
+    return [this.body, this.whole];
+  }
+
+  /** Draws them, once. */
+  draw(renderer: WebGLRenderer): void {
+    const { moments, side, drawn, atlas, body, whole } = this;
+    const before = { target: renderer.getRenderTarget(), colour: renderer.getClearColor(new Color()) };
+    const alpha = renderer.getClearAlpha();
+    renderer.setClearColor(0, 0);
+    for (let moment = 0; moment < moments; moment += 1) {
+      body.material.uniforms.moment = { value: moment };
+      renderer.setRenderTarget(drawn);
+      renderer.clear();
+      renderer.render(body, new Camera());
+      whole.material.uniforms.firstRow = { value: moment * side };
+      atlas.viewport.set(0, moment * side, side, side);
+      atlas.scissor.copy(atlas.viewport);
+      atlas.scissorTest = true;
+      renderer.setRenderTarget(atlas);
+      renderer.render(whole, new Camera());
+    }
+    renderer.setRenderTarget(before.target);
+    renderer.setClearColor(before.colour, alpha);
+    for (const one of [body.geometry, body.material, whole.geometry, whole.material, drawn]) one.dispose();
+  }
 }
 
 /** How large a pixel of its pictures is. */

@@ -2,8 +2,11 @@
  * How does a picture never wait for the graphics card to learn to draw? Programs are compiled beside the page; whoever draws with one, or
  * only asks what it takes, waits until that is done. So they are asked for ahead, those that most models need before the first
  * picture, and what needs another one comes into the picture when that is there.
+ *
+ * One material takes several: three.js makes others where a plane cuts all off, and for the picture behind what transmits light.
  */
 import {
+  BackSide,
   BufferAttribute,
   BufferGeometry,
   type Camera,
@@ -16,10 +19,15 @@ import {
   type Material,
   Mesh,
   MeshStandardMaterial,
-  type Object3D,
+  NoToneMapping,
+  Object3D,
+  Plane,
+  type Points,
   type Scene,
+  type SkinnedMesh,
   Texture,
   type WebGLRenderer,
+  WebGLRenderTarget,
 } from "three";
 import { type Drawable, impostorMaterial } from "./impostormaterial.ts";
 import { paintMaterial } from "./paintmaterial.ts";
@@ -29,22 +37,48 @@ import { Squares } from "./squares.ts";
 type Program = NonNullable<WebGLRenderer["info"]["programs"]>[number];
 
 /** What of a renderer is asked for. */
-export type Preparing = Pick<WebGLRenderer, "compile" | "getContext" | "properties">;
+export type Preparing = Pick<
+  WebGLRenderer,
+  "compile" | "getContext" | "properties" | "clippingPlanes" | "toneMapping" | "getRenderTarget" | "setRenderTarget"
+>;
 
 /** What three.js keeps of a material that it has compiled. */
 interface Compiled {
   readonly programs?: ReadonlyMap<string, Program>;
 }
 
+/** How pictures are drawn, as far as programs differ by that. */
+interface Way {
+  readonly isCut: boolean;
+  /** Of what is behind that which transmits light; three.js draws this first. */
+  readonly isBehindGlass: boolean;
+}
+
+/** A material on one kind of mesh. */
+interface Surface {
+  readonly material: Material;
+  /** A mesh of that kind, as far as programs differ by it. */
+  readonly standIn: Object3D;
+  /** How it can be drawn already. */
+  readonly ways: Set<string>;
+}
+
 /** So often one looks whether the graphics card has come so far. */
 const LOOK_AGAIN_MS = 8;
 /** Who is not told for so long draws and waits. */
 const PATIENCE_MS = 10_000;
+/** What takes longer to ask for is asked for in several tasks. */
+const SLICE_MS = 4;
 
 export class Programs {
-  private readonly ready = new WeakMap<Program, Promise<void>>();
-  /** What materials were prepared for already. */
-  private readonly prepared = new WeakMap<Material, Set<string>>();
+  private compiled = new WeakMap<Program, Promise<void>>();
+  /** Programs of which three.js knows what they take. */
+  private known = new WeakSet<Program>();
+  /** All that was prepared and can still be drawn, by material and kind of mesh. */
+  private readonly surfaces = new Map<Material, Map<string, Surface>>();
+  private isCut = false;
+  private hasGlass = false;
+  private readonly behindGlass = new WebGLRenderTarget(1, 1);
 
   /** Of what is drawn in a scene. */
   constructor(
@@ -55,13 +89,11 @@ export class Programs {
 
   /** Waits until what is below a node can be drawn without waiting, and for nothing else that is compiled meanwhile. */
   async prepare(root: Object3D): Promise<void> {
-    const drawn = materialsOf(root);
-    if (!drawn.every((one) => this.knows(one))) {
-      this.renderer.compile(root, this.camera, this.scene);
-      for (const one of drawn) this.remember(one);
-    }
-    const programs = drawn.flatMap(({ material }) => this.programsOf(material));
-    await Promise.all([...new Set(programs)].map((program) => this.whenReady(program)));
+    const drawn = this.surfacesOf(root);
+    const bringsGlass = !this.hasGlass && drawn.some(({ material }) => isTransmitting(material));
+    if (bringsGlass) this.hasGlass = true;
+    // All that can be drawn already is drawn behind it, too.
+    await this.prepareAll(bringsGlass ? this.all() : drawn);
   }
 
   /** Prepares what nobody waits for. What is wrong with it is said, and met again by whoever draws it. */
@@ -73,13 +105,113 @@ export class Programs {
     }
   }
 
-  /** Whether a material was prepared for such a mesh. */
-  private knows({ material, kind }: DrawnMaterial): boolean {
-    return this.prepared.get(material)?.has(kind) ?? false;
+  /** Waits until all that was prepared can be drawn where a plane cuts it off; until that ends, the rest is prepared for it, too. */
+  async prepareToCut(): Promise<void> {
+    this.isCut = true;
+    await this.prepareAll(this.all());
   }
 
-  private remember({ material, kind }: DrawnMaterial): void {
-    this.prepared.set(material, (this.prepared.get(material) ?? new Set()).add(kind));
+  endCut(): void {
+    this.isCut = false;
+  }
+
+  /** Waits until all that was prepared can be drawn by a graphics card that has lost it. */
+  async renew(): Promise<void> {
+    this.compiled = new WeakMap();
+    this.known = new WeakSet();
+    const all = this.all();
+    for (const { ways } of all) ways.clear();
+    await this.prepareAll(all);
+  }
+
+  private async prepareAll(surfaces: readonly Surface[]): Promise<void> {
+    let end_ms = performance.now() + SLICE_MS;
+    for (const surface of surfaces) {
+      for (const way of this.waysOf(surface)) {
+        const name = `${way.isCut} ${way.isBehindGlass}`;
+        if (surface.ways.has(name)) continue;
+        if (performance.now() > end_ms) {
+          await new Promise((next) => setTimeout(next));
+          end_ms = performance.now() + SLICE_MS;
+        }
+        this.compile(surface, way);
+        surface.ways.add(name);
+      }
+    }
+    await this.finish(new Set(surfaces.flatMap(({ material }) => this.programsOf(material))));
+  }
+
+  private waysOf({ material }: Surface): Way[] {
+    const cuts = this.isCut ? [false, true] : [false];
+    const places = this.hasGlass && isSeenThrough(material) ? [false, true] : [false];
+    return cuts.flatMap((isCut) => places.map((isBehindGlass) => ({ isCut, isBehindGlass })));
+  }
+
+  /** Asks for the program of a material, as for a picture that is drawn in this way. */
+  private compile({ standIn, material }: Surface, { isCut, isBehindGlass }: Way): void {
+    const { renderer, scene, camera } = this;
+    const { clippingPlanes } = renderer;
+    // Where it is does not matter, only that there is one.
+    renderer.clippingPlanes = isCut ? [new Plane()] : [];
+    const compile = () => renderer.compile(standIn, camera, scene);
+    try {
+      if (isBehindGlass) this.atGlass(material, compile);
+      else compile();
+    } finally {
+      renderer.clippingPlanes = clippingPlanes;
+    }
+  }
+
+  /** Does something as three.js draws what is behind glass. */
+  private atGlass(material: Material, work: () => void): void {
+    const { renderer } = this;
+    const { toneMapping } = renderer;
+    const { side } = material;
+    const target = renderer.getRenderTarget();
+    renderer.toneMapping = NoToneMapping;
+    renderer.setRenderTarget(this.behindGlass);
+    // What transmits light itself shows its back there.
+    if (isTransmitting(material)) material.side = BackSide;
+    try {
+      work();
+    } finally {
+      material.side = side;
+      renderer.toneMapping = toneMapping;
+      renderer.setRenderTarget(target);
+    }
+  }
+
+  private all(): Surface[] {
+    return [...this.surfaces.values()].flatMap((kinds) => [...kinds.values()]);
+  }
+
+  private surfacesOf(root: Object3D): Surface[] {
+    const found = new Set<Surface>();
+    root.traverse((node) => {
+      const { material } = node as Partial<Mesh>;
+      for (const one of material ? [material].flat() : []) found.add(this.surfaceOf(node as Mesh, one));
+    });
+    return [...found];
+  }
+
+  private surfaceOf(node: Mesh, material: Material): Surface {
+    const kinds = this.surfaces.get(material) ?? this.take(material);
+    const kind = kindOf(node);
+    const surface = kinds.get(kind) ?? { material, standIn: standInFor(node, material), ways: new Set() };
+    kinds.set(kind, surface);
+    return surface;
+  }
+
+  /** Knows a material until it is disposed of. */
+  private take(material: Material): Map<string, Surface> {
+    const kinds = new Map<string, Surface>();
+    this.surfaces.set(material, kinds);
+    const forget = () => {
+      material.removeEventListener("dispose", forget);
+      this.surfaces.delete(material);
+    };
+    material.addEventListener("dispose", forget);
+    return kinds;
   }
 
   private programsOf(material: Material): Program[] {
@@ -87,41 +219,70 @@ export class Programs {
     return [...(programs?.values() ?? [])];
   }
 
-  private whenReady(program: Program): Promise<void> {
-    const ready = this.ready.get(program) ?? this.finish(program);
-    this.ready.set(program, ready);
-    return ready;
+  /** Waits until programs are compiled, all of them: what is asked of one meanwhile waits for the others, too. */
+  private async finish(programs: ReadonlySet<Program>): Promise<void> {
+    const unknown = [...programs].filter((program) => !this.known.has(program));
+    if (unknown.length === 0) return;
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    await Promise.all(unknown.map((program) => this.whenCompiled(gl, program)));
+    await whenIdle(gl);
+    for (const program of unknown) {
+      if (!this.known.has(program) && !gl.isContextLost()) this.learn(gl, program);
+    }
   }
 
-  private async finish(program: Program): Promise<void> {
+  private whenCompiled(gl: WebGL2RenderingContext, program: Program): Promise<void> {
+    const known = this.compiled.get(program);
+    if (known) return known;
     // They are few, and dear: each stays when the last that was drawn with it goes.
     program.usedTimes += 1;
-    const gl = this.renderer.getContext() as WebGL2RenderingContext;
-    await compiled(gl, program.program as WebGLProgram);
-    if (gl.isContextLost()) return;
+    const compiled = whenCompiled(gl, program.program as WebGLProgram);
+    this.compiled.set(program, compiled);
+    return compiled;
+  }
+
+  /** From now on three.js knows what a program takes. */
+  private learn(gl: WebGL2RenderingContext, program: Program): void {
+    this.known.add(program);
     const isLinked = gl.getProgramParameter(program.program as WebGLProgram, gl.LINK_STATUS);
     if (!isLinked)
       console.error(`${program.name} cannot be drawn`, gl.getProgramInfoLog(program.program as WebGLProgram));
-    // From now on three.js knows what it takes.
     program.getUniforms();
   }
 }
 
-/** A material, and on what kind of mesh. */
-interface DrawnMaterial {
-  readonly material: Material;
-  readonly kind: string;
+/** What of a mesh programs differ by. */
+function kindOf(node: Mesh): string {
+  const { attributes, morphAttributes } = node.geometry;
+  const sizes = Object.entries(attributes).map(([name, { itemSize }]) => name + itemSize);
+  const morphs = Object.entries(morphAttributes).map(([name, targets]) => name + targets?.length);
+  const instances = node instanceof InstancedMesh ? `instances ${node.instanceColor !== null}` : "";
+  return `${node.type} ${instances} ${sizes.sort()} ${morphs.sort()}`;
 }
 
-function materialsOf(root: Object3D): DrawnMaterial[] {
-  const drawn: DrawnMaterial[] = [];
-  root.traverse((node) => {
-    const { material, geometry } = node as Partial<Mesh>;
-    const attributes = Object.entries(geometry?.attributes ?? {}).map(([name, { itemSize }]) => name + itemSize);
-    const kind = `${node.type} ${node instanceof InstancedMesh} ${attributes.sort()}`;
-    for (const one of material ? [material].flat() : []) drawn.push({ material: one, kind });
-  });
-  return drawn;
+/** What three.js takes for a mesh of the same kind when it makes a program. The mesh itself would be kept with all its vertices. */
+function standInFor(node: Mesh, material: Material): Object3D {
+  const sizesOf = <T extends object>(all: Readonly<Record<string, T>>, size: (one: T) => unknown) =>
+    Object.fromEntries(Object.entries(all).map(([name, one]) => [name, size(one)]));
+  const { attributes, morphAttributes } = node.geometry;
+  const geometry = {
+    attributes: sizesOf(attributes, ({ itemSize }) => ({ itemSize })),
+    morphAttributes: sizesOf(morphAttributes as Record<string, unknown[]>, ({ length }) => ({ length })),
+  };
+  const { isMesh, isPoints, isLine, isSkinnedMesh, isInstancedMesh, instanceColor, morphTexture } = node as Mesh &
+    Partial<Points & Line & SkinnedMesh & InstancedMesh>;
+  const kind = { isMesh, isPoints, isLine, isSkinnedMesh, isInstancedMesh };
+  const instances = { instanceColor: instanceColor ? {} : null, morphTexture: morphTexture ? {} : null };
+  return Object.assign(new Object3D(), kind, instances, { geometry, material });
+}
+
+function isTransmitting(material: Material & { readonly transmission?: number }): boolean {
+  return (material.transmission ?? 0) > 0;
+}
+
+/** Whether three.js draws it behind what transmits light: all that is opaque, and of that itself what has two sides. */
+function isSeenThrough(material: Material): boolean {
+  return isTransmitting(material) ? material.side === DoubleSide : !material.transparent;
 }
 
 /** What most models need: what is painted by its vertices, seen from one side or from both, and what is seen through. */
@@ -153,18 +314,22 @@ function corners(): BufferGeometry {
 }
 
 /** Waits until a program is compiled, without asking anything that the browser would have to wait for. */
-async function compiled(gl: WebGL2RenderingContext, program: WebGLProgram): Promise<void> {
+async function whenCompiled(gl: WebGL2RenderingContext, program: WebGLProgram): Promise<void> {
   const parallel = gl.getExtension("KHR_parallel_shader_compile");
-  const fence = parallel ? null : gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+  // Without the extension: what was begun before is done when the graphics card is idle.
+  if (parallel) await until(gl, () => gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR) as boolean);
+}
+
+/** Waits until the graphics card has done what it was told, so that it answers at once. */
+async function whenIdle(gl: WebGL2RenderingContext): Promise<void> {
+  const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
   gl.flush();
-  const end_ms = performance.now() + PATIENCE_MS;
-  const isDone = () => {
-    if (gl.isContextLost() || performance.now() > end_ms) return true;
-    if (parallel) return gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR) as boolean;
-    // Without the extension: what was begun before this is done then.
-    return !fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED;
-  };
-  do await new Promise((look) => setTimeout(look, LOOK_AGAIN_MS));
-  while (!isDone());
+  await until(gl, () => !fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED);
   gl.deleteSync(fence);
+}
+
+async function until(gl: WebGL2RenderingContext, isDone: () => boolean): Promise<void> {
+  const end_ms = performance.now() + PATIENCE_MS;
+  do await new Promise((look) => setTimeout(look, LOOK_AGAIN_MS));
+  while (!gl.isContextLost() && performance.now() < end_ms && !isDone());
 }

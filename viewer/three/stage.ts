@@ -48,21 +48,24 @@ export class Stage {
   private readonly programs: Programs;
   private readonly resolution = new Resolution(LEAST_SCALE);
   private movingScale = 1;
+  private isRenewing = false;
   private top_m: number | undefined;
 
   /** Answers when it can draw. */
   static async open(canvas: HTMLCanvasElement): Promise<Stage> {
     const fast = hasFastGraphics();
-    // What follows is a task of its own.
-    await new Promise((next) => setTimeout(next));
+    // Each of these waits for the graphics card, and is a task of its own.
+    await nextTask();
     const stage = new Stage(canvas, fast);
+    await nextTask();
     // It asks for this with the first picture of a texture otherwise, and waits.
     stage.renderer.capabilities.getMaxAnisotropy();
     const backdrop = sky();
     stage.add(backdrop);
     await Promise.all([stage.prepare(backdrop), stage.prepare(usualMeshes())]);
-    // The first picture does not wait for these.
-    void stage.programs.prepareAhead(rarerMeshes());
+    // Who begins now does so in a task of its own, and does not wait for what is seldom needed.
+    await nextTask();
+    void nextTask().then(() => stage.programs.prepareAhead(rarerMeshes()));
     return stage;
   }
 
@@ -91,9 +94,14 @@ export class Stage {
     this.light(fast);
   }
 
+  /** Calls back when the graphics card is lost to the page, which nobody can draw on meanwhile. */
+  onLost(tell: () => void): void {
+    this.renderer.domElement.addEventListener("webglcontextlost", tell);
+  }
+
   /** Calls back when the graphics card, which had been lost to the page, can draw again; the picture is empty until then. */
   onRestored(draw: () => void): void {
-    this.renderer.domElement.addEventListener("webglcontextrestored", draw);
+    this.renderer.domElement.addEventListener("webglcontextrestored", () => void this.renew().then(draw));
   }
 
   add(object: Object3D): void {
@@ -143,10 +151,21 @@ export class Stage {
     this.renderer.forceContextLoss();
   }
 
-  /** Draws nothing above a height; `undefined` draws everything. */
-  cutAbove(height_m: number | undefined): void {
+  /** Draws nothing above a height, as soon as that can be drawn without waiting; `undefined` draws everything. */
+  async cutAbove(height_m: number | undefined): Promise<void> {
     this.top_m = height_m;
-    this.renderer.clippingPlanes = height_m === undefined ? [] : [new Plane(new Vector3(0, -1, 0), height_m)];
+    if (height_m === undefined) {
+      this.programs.endCut();
+      this.renderer.clippingPlanes = [];
+      return;
+    }
+    try {
+      await this.programs.prepareToCut();
+    } catch (error) {
+      console.error("what is cut off cannot be prepared", error);
+    }
+    // One may have thought better of it meanwhile.
+    if (this.top_m === height_m) this.renderer.clippingPlanes = [new Plane(new Vector3(0, -1, 0), height_m)];
   }
 
   /** The height above which nothing is drawn. */
@@ -204,7 +223,19 @@ export class Stage {
   /** Draws. `frame_ms` is how long the frame before took when it was one of the same motion, else `undefined`. */
   render(frame_ms: number | undefined): void {
     if (frame_ms !== undefined) this.movingScale = this.resolution.after(frame_ms);
-    this.renderer.render(this.scene, this.camera);
+    if (!this.isRenewing) this.renderer.render(this.scene, this.camera);
+  }
+
+  /** Has the graphics card, which has lost all of it, learn anew what it draws. */
+  private async renew(): Promise<void> {
+    this.isRenewing = true;
+    try {
+      await this.programs.renew();
+    } catch (error) {
+      console.error("what is drawn cannot be prepared anew", error);
+    } finally {
+      this.isRenewing = false;
+    }
   }
 
   private pixelRatio(): number {
@@ -246,6 +277,10 @@ export class Stage {
     generator.dispose();
     room.dispose();
   }
+}
+
+function nextTask(): Promise<void> {
+  return new Promise((next) => setTimeout(next));
 }
 
 /** Whether this browser draws with a graphics card rather than on the processor. */

@@ -2,13 +2,23 @@
  * How are people drawn who wear a model of the scene? By its impostor, from near by too: what is published of a model besides is
  * one pose. Pictures are fetched when the first of them comes into sight; until then they look like everybody else.
  */
-import type { Object3D } from "three";
+import type { Object3D, WebGLRenderer } from "three";
 import type { FileRef } from "../core/documents.ts";
 import type { Vec3 } from "../core/geometry.ts";
 import type { Impostor } from "../core/impostordocument.ts";
 import { FarCrowd, type Somebody } from "./crowds.ts";
 import { openPictures } from "./impostors.ts";
 import { TextureCache } from "./textures.ts";
+
+/** What drawing people takes. */
+export interface Studio {
+  /** Waits until what is below a node can be drawn without waiting. */
+  prepare(root: Object3D): Promise<void>;
+  /** Lets something draw pictures of its own. */
+  paint(work: (renderer: WebGLRenderer) => void): void;
+  /** Brings a published file. */
+  fetch(file: FileRef): Promise<ArrayBuffer>;
+}
 
 /** Models that are worn at once; who wears another one looks like everybody else. */
 const MOST_MODELS = 16;
@@ -21,7 +31,7 @@ export class Wardrobe {
   /** `changed` is called when somebody can be drawn who could not before. */
   constructor(
     private readonly root: Object3D,
-    private readonly fetch: (file: FileRef) => Promise<ArrayBuffer>,
+    private readonly studio: Pick<Studio, "prepare" | "fetch">,
     private readonly changed: () => void,
   ) {}
 
@@ -48,9 +58,11 @@ export class Wardrobe {
 
   private async bring(impostor: Impostor): Promise<void> {
     const files = [impostor.colour, impostor.shape];
-    const fetched = files.map(async (file) => [file.url, await this.fetch(file)] as const);
+    const fetched = files.map(async (file) => [file.url, await this.studio.fetch(file)] as const);
     const { textures } = await openPictures(impostor, new Map(await Promise.all(fetched)), this.cache);
-    this.crowds.set(impostor.colour.url, new FarCrowd(impostor, textures, this.root));
+    const crowd = new FarCrowd(impostor, textures, this.root);
+    await this.studio.prepare(crowd.sample());
+    this.crowds.set(impostor.colour.url, crowd);
     this.changed();
   }
 }

@@ -43,6 +43,7 @@ export class LiveCompany {
 
   constructor(private readonly parts: LivePartsOfPage) {
     this.avatars = new Avatars({
+      prepare: (root) => parts.visit.prepare(root),
       paint: (work) => parts.visit.paint(work),
       fetch: (file) => parts.visit.fetch(file),
     });

@@ -29,8 +29,8 @@ export class FrozenView {
   }
 
   /** Leaves out of the picture what is above the eye, such as ceilings. */
-  cutAway(cut: boolean): void {
-    this.stage.cutAbove(cut ? this.pose.position[1] + HEADROOM_M * this.walker.size : undefined);
+  cutAway(cut: boolean): Promise<void> {
+    return this.stage.cutAbove(cut ? this.pose.position[1] + HEADROOM_M * this.walker.size : undefined);
   }
 
   /** Corners of the frozen picture at a distance from its eye. */
@@ -41,7 +41,7 @@ export class FrozenView {
   /** Goes back to where it was frozen; who walked there walks again, in that cell. */
   thaw(cell: number | undefined): void {
     const { position, yaw, pitch } = this.pose;
-    this.cutAway(false);
+    void this.cutAway(false);
     this.walker.mode = this.mode;
     this.walker.place(position, this.mode === "walk" ? cell : undefined);
     this.walker.look(yaw, pitch);

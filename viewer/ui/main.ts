@@ -34,7 +34,7 @@ import type { Command } from "./keys.ts";
 import { MapPanel } from "./map.ts";
 import { Pointing } from "./pointing.ts";
 import { unlessForbidden } from "./policy.ts";
-import { explain, NoSuchScene, serverAt, showProblem } from "./problem.ts";
+import { explain, NO_GRAPHICS, NoSuchScene, serverAt, showProblem } from "./problem.ts";
 import { Recording } from "./recording.ts";
 import { labelled } from "./scenelabels.ts";
 import { Toast } from "./toast.ts";
@@ -145,6 +145,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     location.reload();
   };
   const outdated = () => toast.show("This world was published anew while you were in it.", "Show it", showAnew);
+  const dark = element("dark", HTMLParagraphElement);
   const visit = new Visit({
     scene,
     stage,
@@ -158,6 +159,10 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     },
     answered: () => toast.answered(),
     outdated,
+    graphics: (state) => {
+      dark.textContent = state === "lost" ? NO_GRAPHICS : "";
+      dark.hidden = state === "here";
+    },
   });
   const inspectorToggle = element("inspector-toggle", HTMLButtonElement);
   const doors = new Doors(visit);

@@ -39,6 +39,9 @@ export interface Explanation {
   readonly text: string;
 }
 
+/** What is said while the browser has taken the graphics card from the page. */
+export const NO_GRAPHICS = "The graphics card is busy or was reset. The picture comes back when it can draw again.";
+
 /** The server that is being talked to, and whether it is another one than that of the page. */
 export interface Server {
   readonly host: string;

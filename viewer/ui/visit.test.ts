@@ -10,6 +10,7 @@ import type { Display } from "./readings.ts";
 const stage = {
   add: () => {},
   fit: () => {},
+  onLost: () => {},
   onRestored: () => {},
   resize: () => false,
   aim: () => {},

@@ -36,6 +36,8 @@ export interface VisitParts {
   /** As in `ExplorerEvents`. */
   readonly answered?: () => void;
   readonly outdated?: () => void;
+  /** Told when the graphics card is lost to the page, and when it is here again. */
+  readonly graphics?: (state: "lost" | "here") => void;
 }
 
 /** Does what is done in every frame; answers whether the picture has changed. */
@@ -64,10 +66,13 @@ export class Visit {
     () => {
       this.dirty = true;
     },
-    (root) => this.parts.stage.prepare(root),
+    (root) => this.prepare(root),
   );
   /** What the inspector draws into the picture. */
-  readonly overlay = new Overlay();
+  readonly overlay = new Overlay(
+    (root) => this.prepare(root),
+    () => this.redraw(),
+  );
   /** What a frame takes besides drawing and decoding: walking, choosing what to fetch, and people. */
   readonly work = new FrameTimes(WORK_FRAMES);
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
@@ -86,7 +91,7 @@ export class Visit {
   private frozenView: FrozenView | undefined;
 
   constructor(private readonly parts: VisitParts) {
-    const { scene, stage, display, posed, problem, answered, outdated, uses = {} } = parts;
+    const { scene, stage, display, posed, problem, answered, outdated, graphics, uses = {} } = parts;
     this.reporter = new Reporter(display, posed);
     this.explorer = new Explorer(
       scene,
@@ -105,7 +110,14 @@ export class Visit {
     stage.add(this.host.root);
     stage.add(this.overlay.root);
     stage.fit(scene.manifest.bounds);
-    stage.onRestored(() => this.redraw());
+    stage.onLost(() => {
+      // Who leaves gives it back, too.
+      if (!this.closed) graphics?.("lost");
+    });
+    stage.onRestored(() => {
+      graphics?.("here");
+      this.redraw();
+    });
     display.title(scene.manifest.title);
   }
 
@@ -207,8 +219,8 @@ export class Visit {
   }
 
   /** While the view is frozen: leaves out of the picture what is above the eye, such as ceilings. */
-  cutAway(cut: boolean): void {
-    this.frozenView?.cutAway(cut);
+  async cutAway(cut: boolean): Promise<void> {
+    await this.frozenView?.cutAway(cut);
     this.dirty = true;
   }
 
@@ -231,6 +243,11 @@ export class Visit {
   /** Adds something to the picture. */
   add(object: Object3D): void {
     this.parts.stage.add(object);
+  }
+
+  /** Waits until what is below a node can be drawn without waiting. */
+  prepare(root: Object3D): Promise<void> {
+    return this.parts.stage.prepare(root);
   }
 
   /** Lets something draw pictures of its own. */

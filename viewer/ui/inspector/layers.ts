@@ -57,7 +57,7 @@ export class Layers implements Section {
     if (visit.frozen) visit.thaw();
     else {
       visit.freeze();
-      visit.cutAway(this.shown.cut);
+      void visit.cutAway(this.shown.cut);
       void this.findHidden();
     }
     this.freeze.setAttribute("aria-pressed", String(visit.frozen));
@@ -107,7 +107,7 @@ export class Layers implements Section {
 
   private choose(name: keyof Layers["shown"], on: boolean): void {
     this.shown[name] = on;
-    this.visit.cutAway(this.shown.cut);
+    void this.visit.cutAway(this.shown.cut);
     this.update();
   }
 

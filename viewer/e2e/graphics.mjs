@@ -1,0 +1,132 @@
+/**
+ * Does the page draw without waiting for the graphics card? Walks, opens and closes a door, looks behind the picture with all that the
+ * inspector draws, and meets people near and far, who wear a model or not: each program is compiled before anything is drawn with it. And
+ * when the graphics card is lost, does the page say so, and draw again when it is back? `BELVEDERE_URL` names a server that has the scenes
+ * `doored` and `square` (`e2e/worlds`); its first scene is walked through, too. Environment: see `browser.mjs`.
+ */
+import { addressOf, insist, picture, settle, state, tell, timeout, url, watchPrograms } from "./browser.mjs";
+
+const PEOPLE = 12;
+const STEP_MS = 1500;
+
+async function begin(open, address, what) {
+  const page = await open();
+  await page.addInitScript(watchPrograms);
+  await page.goto(address);
+  await settle(page, what);
+  return page;
+}
+
+async function insistReady(page, when) {
+  await page.waitForTimeout(STEP_MS);
+  const unready = await page.evaluate(() => window.unready.splice(0));
+  insist(unready.length === 0, `${when}, ${unready.length} programs were drawn with before they were compiled`);
+}
+
+const says = (page, sentence) =>
+  page.waitForFunction(
+    (pattern) => {
+      const line = document.querySelector("#dark");
+      return pattern === "" ? line.hidden : !line.hidden && new RegExp(pattern).test(line.textContent);
+    },
+    sentence,
+    { timeout },
+  );
+
+/** Goes to each viewpoint, walks and looks round. */
+async function walkThrough(page) {
+  const viewpoints = await page.locator("#viewpoints option").count();
+  for (let i = 0; i < Math.max(1, viewpoints - 1); i += 1) {
+    await page.evaluate((number) => {
+      const select = document.querySelector("#viewpoints");
+      select.value = String(number);
+      select.onchange?.();
+    }, i);
+    await page.waitForTimeout(STEP_MS);
+    for (let turn = 0; turn < 3; turn += 1) {
+      await page.evaluate(async () => {
+        await Promise.race([window.belvedere.walk(2), new Promise((over) => setTimeout(over, 2000))]);
+        const { position, yaw } = window.belvedere.state();
+        window.belvedere.teleport(position, yaw + 2.1);
+      });
+    }
+  }
+}
+
+/** Shows each layer of the inspector, also while the view is frozen, cut off above and whole. */
+async function lookBehind(page, what) {
+  await page.keyboard.press("KeyI");
+  const layers = page.locator("#inspector input[type=checkbox]");
+  for (let i = 0; i < (await layers.count()); i += 1) await layers.nth(i).setChecked(true);
+  await insistReady(page, `with the layers of ${what}`);
+  await page.keyboard.press("KeyG");
+  await insistReady(page, `with ${what} cut off above`);
+  await page.screenshot({ path: picture(`graphics-${what}-cut`) });
+  await page.keyboard.press("KeyG");
+  await insistReady(page, `with ${what} whole again`);
+  await page.keyboard.press("KeyI");
+}
+
+/** Moves somebody to and fro near the eye, and others far from it; every third wears the statue. */
+async function people(page, address) {
+  const answer = await page.request.get(new URL("/v1/scenes/square/objects?bbox=-90,-9,-90,90,90,90", url).href);
+  const statue = (await answer.json()).objects.find(({ source_node }) => source_node === "statue").object;
+  const { position } = await state(page);
+  const movers = new URL("/v1/scenes/square/movers", address);
+  return Promise.all(
+    Array.from({ length: PEOPLE }, async (_, i) => {
+      const at = (x) => [position[0] + x, 1.62, position[2] - 2 - 3 * i];
+      const key = (t_ms, x) => ({ t_ms, position: at(x), orientation: [0, 0, 0, 1] });
+      const trajectory = { keys: [key(0, -1), key(2000, 1), key(4000, -1)], repeat: true };
+      const data = { trajectory, ...(i % 3 === 0 ? { avatar: statue } : {}) };
+      return (await page.request.post(movers.href, { data })).json();
+    }),
+  );
+}
+
+/** Takes the graphics card from the page, and gives it back. */
+async function lose(page) {
+  await page.evaluate(() => {
+    window.card = document.querySelector("#view").getContext("webgl2").getExtension("WEBGL_lose_context");
+    window.card.loseContext();
+  });
+  await says(page, "graphics card");
+  await page.screenshot({ path: picture("graphics-lost") });
+  await page.evaluate(() => window.card.restoreContext());
+  await says(page, "");
+}
+
+await tell("graphics", async (open) => {
+  const first = await begin(open, url, "the first scene");
+  await walkThrough(first);
+  await insistReady(first, "in the first scene");
+  await lookBehind(first, "first");
+  await first.close();
+
+  const doored = await begin(open, addressOf("doored"), "the rooms");
+  await doored.evaluate(() => window.belvedere.teleport([4.5, 1.65, 3], -Math.PI / 2, 0));
+  for (const _ of ["shut", "open"]) {
+    await doored.waitForTimeout(STEP_MS);
+    await doored.keyboard.press("Enter");
+  }
+  await insistReady(doored, "at a door");
+  await lookBehind(doored, "doored");
+  await doored.waitForTimeout(STEP_MS);
+  const before = await state(doored);
+  await lose(doored);
+  await insistReady(doored, "by a graphics card that is back");
+  const after = await state(doored);
+  insist(after.drawCalls === before.drawCalls, `${after.drawCalls} draw calls follow ${before.drawCalls}`);
+  await doored.close();
+
+  const square = await begin(open, addressOf("square"), "the square");
+  const made = await people(square, addressOf("square"));
+  await square.waitForFunction((n) => window.belvedere.state().people.length >= n, PEOPLE, { timeout });
+  await insistReady(square, "among people");
+  await lookBehind(square, "square");
+  for (const { object, token } of made) {
+    await square.request.delete(new URL(`/v1/movers/${object}`, url).href, {
+      headers: { Authorization: `Bearer ${token}` },
+    });
+  }
+});
