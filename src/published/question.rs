@@ -7,8 +7,8 @@ use belvedere_bake::{
     occluders::{Region, Stored},
     visibility::conservative::{ConservativeSettings, Observer, Scenery},
 };
-use belvedere_scene::{Bounds, ObjectId, convex::HalfSpace};
-use glam::DVec3;
+use belvedere_scene::{Bounds, ObjectId, convex::HalfSpace, record::Hull};
+use glam::{DVec3, Vec3};
 use serde::Serialize;
 
 /// What hides in one revision.
@@ -71,6 +71,25 @@ impl Blockers {
         Region::rounded(min, max)
     }
 
+    /// The region that a cell is, of which these are the corners: a box of the frame in which it was cut, or what its author drew.
+    #[must_use]
+    pub fn region_of(&self, (bounds, planes): (&Bounds, &[HalfSpace]), hull: &Hull) -> Region {
+        const SLACK: f32 = 1e-4;
+        let around = self.region(bounds, planes);
+        let relative = |p: &[f64; 3]| (self.frame.enter(DVec3::from(*p)) - self.origin).as_vec3();
+        let corners: Vec<_> = hull.points.iter().map(relative).collect();
+        let slack_m = SLACK * (around.max - around.min).max_element();
+        let is_of_box = |p: &Vec3| {
+            let off_m = (*p - around.min).abs().min((*p - around.max).abs());
+            off_m.max_element() <= slack_m
+        };
+        if corners.len() == 8 && corners.iter().all(is_of_box) {
+            around
+        } else {
+            Region::hull(corners)
+        }
+    }
+
     /// Everything that may be seen from somewhere in the region, largest solid angle first, then by id. Takes
     /// milliseconds of CPU.
     ///
@@ -102,5 +121,66 @@ impl Blockers {
                 .then(a.object.cmp(&b.object))
         });
         Ok(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use belvedere_bake::{city::City, world::World};
+
+    use super::*;
+
+    fn blockers(frame: Frame) -> Blockers {
+        let city = City {
+            blocks: [2, 2],
+            ..City::DENSE
+        };
+        let world = World::new(&city.scene()).unwrap();
+        Blockers {
+            scenery: Scenery::of(&world),
+            frame,
+            origin: DVec3::new(5.0, 0.0, 5.0),
+            doors: Vec::new(),
+        }
+    }
+
+    /// A cell that a prism of 3 m over some corners is, in world space.
+    fn cell(frame: Frame, corners: &[[f64; 2]]) -> (Bounds, Vec<HalfSpace>, Hull) {
+        let at = |y: f64| corners.iter().map(move |[x, z]| frame.leave(DVec3::new(*x, y, *z)).to_array());
+        let points: Vec<_> = at(0.0).chain(at(3.0)).collect();
+        let normals = [DVec3::X, DVec3::Z].map(|normal| frame.leave(normal));
+        let planes = normals.iter().flat_map(|normal| {
+            let heights = points.iter().map(|p| normal.dot(DVec3::from(*p)));
+            let [low, high] = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+                [low.min(at), high.max(at)]
+            });
+            [[normal.x, 0.0, normal.z, high], [-normal.x, 0.0, -normal.z, -low]]
+        });
+        let bounds = Bounds::around(points.iter().copied());
+        let planes = planes.collect();
+        let faces = Vec::new();
+        (bounds, planes, Hull { points, faces })
+    }
+
+    #[test]
+    fn a_cell_is_asked_from_as_it_was_cut_or_drawn_not_from_the_box_around_it() {
+        for frame in [Frame::SOURCE, Frame::of_half_tangent(0.2).unwrap()] {
+            let blockers = blockers(frame);
+            let (bounds, planes, hull) = cell(frame, &[[1.0, 1.0], [4.0, 1.0], [4.0, 7.0], [1.0, 7.0]]);
+            let region = blockers.region_of((&bounds, &planes), &hull);
+            assert!(region.points.is_empty(), "{region:?}");
+            let size = region.max - region.min;
+            assert!((size - Vec3::new(3.0, 3.0, 6.0)).abs().max_element() < 1e-4, "{size}");
+            let rhomb = [[0.0, 4.0], [3.0, 0.0], [6.0, 4.0], [3.0, 8.0]];
+            let wedge = [[0.0, 0.0], [6.0, 0.0], [0.0, 6.0]];
+            for corners in [&rhomb[..], &wedge] {
+                let (bounds, planes, hull) = cell(frame, corners);
+                let region = blockers.region_of((&bounds, &planes), &hull);
+                assert_eq!(region.points.len(), 2 * corners.len());
+                let around = blockers.region(&bounds, &planes);
+                assert!((region.min - around.min).abs().max_element() < 1e-4);
+                assert!((region.max - around.max).abs().max_element() < 1e-4);
+            }
+        }
     }
 }

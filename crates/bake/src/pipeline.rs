@@ -13,7 +13,7 @@ use crate::{
     lod::LodSettings,
     memory::{Forgetful, Memory, Recent},
     morton,
-    occluders::Hiders,
+    occluders::{self, Hiders},
     progress::{Cancelled, Progress, Silent, Stage},
     records::{self, BlobSink, Models, SinkError, Written},
     share::share,
@@ -155,7 +155,7 @@ pub fn bake(
         visibility.reason = format!(
             "{}; {}",
             visibility.reason,
-            how_cut(&bounds, (placed, is_drawn), &visibility)
+            how_cut(&world, (placed, is_drawn), &visibility)
         );
         let input = records::Input {
             scene: &scene,
@@ -202,13 +202,21 @@ pub fn bake(
 const CLEARLY: f64 = 0.9;
 
 /// How the cells came about, drawn by their author or not, and whether they were of any use.
-fn how_cut(bounds: &[Bounds], (graph, is_drawn): (&CellGraph, bool), visibility: &Visibility) -> String {
-    let drawn = bounds.iter().filter(|bounds| !bounds.is_empty()).count();
+fn how_cut(world: &World, (graph, is_drawn): (&CellGraph, bool), visibility: &Visibility) -> String {
+    let drawn = world.object_bounds().iter().filter(|bounds| !bounds.is_empty()).count();
     // What nobody has looked for is not seen less either.
     let seen_less = visibility.mean_seen > 0.0 && visibility.mean_seen < CLEARLY * drawn as f64;
-    if graph.cells.len() == 1 && !is_drawn && visibility.cells[0].objects.len() == drawn {
+    let is_everything = visibility.cells.iter().all(|cell| cell.objects.len() == drawn);
+    if is_everything && occluders::is_too_wide(world) {
+        format!(
+            "{}, and everything is visible, because in a scene {} across what its objects hide is not known exactly enough: \
+             bring nearer what lies farthest out",
+            graph.reason,
+            distance(world.scale_m())
+        )
+    } else if is_everything && graph.cells.len() == 1 && !is_drawn {
         "one cell, because no wall hides anything: everything is visible".to_owned()
-    } else if visibility.cells.iter().all(|cell| cell.objects.len() == drawn) {
+    } else if is_everything {
         let found = if seen_less {
             "though rays see less, nothing can be proved hidden from any"
         } else {
@@ -217,6 +225,13 @@ fn how_cut(bounds: &[Bounds], (graph, is_drawn): (&CellGraph, bool), visibility:
         format!("{}, {found}", graph.reason)
     } else {
         graph.reason.clone()
+    }
+}
+
+fn distance(metres: f32) -> String {
+    match metres {
+        far if far >= 1e4 => format!("{:.0} km", far / 1e3),
+        near => format!("{near:.2} m"),
     }
 }
 

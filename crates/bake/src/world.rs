@@ -54,6 +54,7 @@ const SEAM: f32 = 1e-6;
 pub struct World {
     origin: DVec3,
     scale_m: f32,
+    small_m: f32,
     bounds: Bounds,
     object_bounds: Vec<Bounds>,
     /// Objects that are doors, rising.
@@ -141,6 +142,7 @@ impl World {
         Ok(Self {
             origin,
             scale_m,
+            small_m: small_m(scale_m, &object_bounds),
             bounds,
             object_bounds,
             doors,
@@ -160,6 +162,13 @@ impl World {
     #[must_use]
     pub fn scale_m(&self) -> f32 {
         self.scale_m
+    }
+
+    /// What is narrower than this hides next to nothing: a thousandth of the diagonal or, where one plain or a far village makes
+    /// that large beside what the scene is of, a tenth of the objects' size.
+    #[must_use]
+    pub fn small_m(&self) -> f32 {
+        self.small_m
     }
 
     /// A point in world space, relative to the origin.
@@ -319,6 +328,24 @@ impl World {
             }
         });
     }
+}
+
+/// See [`World::small_m`].
+fn small_m(scale_m: f32, object_bounds: &[Bounds]) -> f32 {
+    const SHARE: f32 = 1e-3;
+    /// Of the diagonal of the object than which nine of ten are no larger.
+    const SHARE_OF_OBJECTS: f32 = 0.1;
+    const STEPS: f32 = 4.0;
+    let drawn = object_bounds.iter().filter(|bounds| !bounds.is_empty());
+    let mut sizes_m: Vec<f64> = drawn.map(Bounds::diagonal_m).collect();
+    let ninth = sizes_m.len() * 9 / 10;
+    if sizes_m.is_empty() {
+        return SHARE * scale_m;
+    }
+    let objects_m = *sizes_m.select_nth_unstable_by(ninth, f64::total_cmp).1 as f32;
+    // Rounded, so that one object more or less hardly ever changes it.
+    let rounded_m = (STEPS * objects_m.log2()).floor() / STEPS;
+    (SHARE * scale_m).min(SHARE_OF_OBJECTS * rounded_m.exp2())
 }
 
 /// What positions are relative to, and what tolerances are shares of: both rounded, so that a house that moves at the

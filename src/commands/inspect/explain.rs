@@ -8,7 +8,7 @@ use anyhow::Context;
 use belvedere_scene::{
     Bounds, CellId, ObjectId, SceneName,
     index::CellEntry,
-    record::{Guarantee, Visible},
+    record::{CellRecord, Guarantee, Visible},
 };
 use belvedere_verify::line::{AIMED, SightLine, sight_line};
 use glam::DVec3;
@@ -81,14 +81,14 @@ pub(super) async fn explain(
     };
     // The likelier answer first; the other only when there is none. Faces take longer to read than the box around them.
     if explained.listed.is_none() {
-        explained.hidden = hidden(scene, &entry, about, Vec::new()).await?;
+        explained.hidden = hidden(scene, (&entry, &record), about, Vec::new()).await?;
     }
     if explained.hidden.is_none() {
         explained.eyes = EYES;
         let (sight_line, faces) = look(data, name, in_cell, about).await?;
         explained.sight_line = sight_line;
         if explained.sight_line.is_none() {
-            explained.hidden = hidden(scene, &entry, about, faces).await?;
+            explained.hidden = hidden(scene, (&entry, &record), about, faces).await?;
         }
     }
     if json {
@@ -164,13 +164,13 @@ async fn look(
 /// What hides an object, of which these triangles are known, or only the box around it.
 async fn hidden(
     scene: &Opened,
-    cell: &CellEntry,
+    (cell, record): (&CellEntry, &CellRecord),
     about: ObjectId,
     triangles: Vec<[DVec3; 3]>,
 ) -> anyhow::Result<Option<Vec<Reason>>> {
     let blockers = scene.reader.blockers().await?;
     let blockers = blockers.context("the scene was baked without occluders: bake it again")?;
-    let eye = blockers.region(&cell.bounds, &cell.planes);
+    let eye = blockers.region_of((&cell.bounds, &cell.planes), &record.hull);
     let found = tokio::task::spawn_blocking(move || blockers.hiding(&eye, about, &triangles)).await?;
     let Some(found) = found else {
         return Ok(None);

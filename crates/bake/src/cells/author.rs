@@ -36,7 +36,10 @@ const COVERED: f64 = 0.995;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AuthorError {
     /// Nothing to stand in.
-    #[error("author's cell `{node}` has no volume: give it a closed convex mesh, or take its mark `cell:` away")]
+    #[error(
+        "author's cell `{node}` has no volume, not counting shapes with a position that is not finite: give it a closed \
+         convex mesh, or take its mark `cell:` away"
+    )]
     NoVolume {
         /// The name of its node.
         node: String,

@@ -92,6 +92,13 @@ fn around(walls: &[Arc<Wall>]) -> [Vec3; 2] {
     })
 }
 
+/// Whether bodies are so much smaller than what they lie in that little is left of what is small, because the scene is far wider
+/// than what it is of.
+pub(crate) fn is_too_wide(world: &World) -> bool {
+    const LITTLE: f32 = 0.25;
+    HOLE * world.scale_m() > LITTLE * world.small_m()
+}
+
 /// What counts as coplanar and as no hole in a world.
 fn tolerance_of(world: &World) -> Tolerance {
     let scale_m = world.scale_m();

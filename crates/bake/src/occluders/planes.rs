@@ -15,8 +15,6 @@ use crate::world::{Triangle, World};
 
 /// At most this many walls.
 const MAX_WALLS: usize = 8192;
-/// A wall is at least this share of the scene's diagonal squared.
-const MIN_AREA: f32 = 1e-6;
 /// At most this many squares in all walls together.
 const MAX_SQUARES: usize = 24 << 20;
 /// So many walls are made at once, so that little is made that memory does not suffice for.
@@ -37,12 +35,12 @@ pub(super) struct Group {
 
 /// A plane is a wall when the faces in it have this area together, in m².
 pub(super) fn min_area_m2(world: &World) -> f32 {
-    MIN_AREA * world.scale_m().powi(2)
+    world.small_m().powi(2)
 }
 
 /// A wall is somewhere at least as wide and high as this, in m: strips hide next to nothing, and towns are full of them.
 pub(super) fn min_width_m(world: &World) -> f32 {
-    min_area_m2(world).sqrt()
+    world.small_m()
 }
 
 /// Groups of faces that may be walls, largest first.

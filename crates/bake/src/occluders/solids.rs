@@ -34,10 +34,8 @@ use crate::{cells::meets_box, world::World};
 const MAX_FILLED_TRIANGLES: usize = 20_000;
 /// A convex part with more faces than this is filled with boxes instead.
 const MAX_PLANES: usize = 20;
-/// A part whose box is narrower than this share of the scene hides too little to be worth a body.
-const MIN_SIZE_SHARE: f32 = 1.0 / 1000.0;
-/// … and one that is not convex is worth filling only when its box is not smaller than this share.
-const MIN_FILLED_SHARE: f32 = 1.0 / 250.0;
+/// A part that is not convex is worth filling only when its box is not smaller than so many times what is small.
+const MIN_FILLED: f32 = 4.0;
 /// What a body stands on counts as so many margins lower than it is.
 const STANDS_MARGINS: f32 = 4.0;
 /// A body is a box when its faces stand less than this share of a margin off the sides of one.
@@ -47,7 +45,7 @@ const CONVEX: f32 = 1e-5;
 
 /// The bodies of all objects, by object. They are `margin_m` smaller than the geometry on every side.
 pub(super) fn bodies(world: &World, margin_m: f32) -> Vec<Body> {
-    let min_size_m = MIN_SIZE_SHARE * world.scale_m();
+    let min_size_m = world.small_m();
     let of_object = |object: u32| -> Vec<Body> {
         let bounds = &world.object_bounds()[object as usize];
         if bounds.is_empty() || (bounds.diagonal_m() as f32) < min_size_m {
@@ -103,7 +101,7 @@ impl Part<'_> {
         let has_volume = |body: &Body| body.min.cmplt(body.max).all();
         match whole {
             Some(whole) if foreign.is_empty() => return Some(whole).into_iter().filter(has_volume).collect(),
-            _ if self.size_m() < MIN_FILLED_SHARE * world.scale_m() => return Vec::new(),
+            _ if self.size_m() < MIN_FILLED * world.small_m() => return Vec::new(),
             _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => return Vec::new(),
             _ => {}
         }

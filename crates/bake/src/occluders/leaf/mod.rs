@@ -6,9 +6,10 @@
 //! A *leaf* is a plane that hides where it cuts through closed parts of the door ([`section`]), and where faces lie in it that hide
 //! from that side: not through glass, holes or an arch's corners, and not from where only culled backs are met. Panels one behind
 //! the other have a leaf each, since sight lines at a slant pass between them. So what is said of a wall ([`super::wall`]) holds for a
-//! leaf as well, but that its border is grown by the gap that a closed door leaves around itself.
+//! leaf as well, but that its border is grown by the gap that a closed door leaves around itself ([`gap`]).
 
 mod frame;
+mod gap;
 mod section;
 
 use glam::{DVec3, Vec2, Vec3};
@@ -18,7 +19,7 @@ use self::{
     frame::Frame,
     section::{Section, Solid},
 };
-use super::{DOOR_GAP, Tolerance, Wall, Way, parts::parts, squares};
+use super::{Tolerance, Wall, Way, parts::parts, squares};
 use crate::world::{Triangle, World};
 
 /// Faces across which sight lines run at a smaller sine than this cover nothing.
@@ -41,7 +42,7 @@ pub(super) fn leaves(world: &World, tolerance: Tolerance) -> Vec<Wall> {
         let mut leaves = if triangles.is_empty() {
             Vec::new()
         } else {
-            leaves_of(&triangles, tolerance)
+            leaves_of(&triangles, &gap::beside(world, *door), tolerance)
         };
         leaves.iter_mut().for_each(|leaf| leaf.door = Some(*door));
         leaves
@@ -54,6 +55,10 @@ struct Door {
     frame: Frame,
     solids: Vec<Solid>,
     sheets: Vec<Sheet>,
+    /// From where to where it reaches along the normal.
+    depths: [f64; 2],
+    /// Faces of other things around it.
+    beside: Vec<[DVec3; 3]>,
 }
 
 /// A face of no closed part.
@@ -82,8 +87,9 @@ struct Plane {
     sheets: Vec<(usize, f64)>,
 }
 
-fn leaves_of(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Wall> {
-    let door = Door::of(triangles);
+/// The leaves of a door; `beside` are faces of other things around it.
+fn leaves_of(triangles: &[Triangle], beside: &[[Vec3; 3]], tolerance: Tolerance) -> Vec<Wall> {
+    let door = Door::of(triangles, beside);
     let planes = door.best(door.planes(tolerance));
     if planes.is_empty() {
         return vec![door.glass(triangles)];
@@ -92,8 +98,13 @@ fn leaves_of(triangles: &[Triangle], tolerance: Tolerance) -> Vec<Wall> {
 }
 
 impl Door {
-    fn of(triangles: &[Triangle]) -> Self {
+    fn of(triangles: &[Triangle], beside: &[[Vec3; 3]]) -> Self {
         let frame = Frame::of(triangles);
+        let depths = triangles.iter().flat_map(|face| face.corners).map(|corner| frame.place(corner).z);
+        let depths = depths.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], depth| {
+            [low.min(depth), high.max(depth)]
+        });
+        let beside = beside.iter().map(|face| face.map(|corner| frame.place(corner))).collect();
         let (mut solids, mut sheets) = (Vec::new(), Vec::new());
         for part in parts(triangles) {
             let place = |corner: Vec3| frame.place(corner);
@@ -102,7 +113,13 @@ impl Door {
                 None => sheets.extend(part.triangles.iter().filter_map(|face| frame.sheet(face))),
             }
         }
-        Self { frame, solids, sheets }
+        Self {
+            frame,
+            solids,
+            sheets,
+            depths,
+            beside,
+        }
     }
 
     /// Planes through its closed parts, half way between the depths of their corners, and along its sheets.
@@ -208,26 +225,11 @@ impl Door {
                 .map(|(covered, solid)| covered | solid)
                 .collect()
         });
-        let gap_m = DOOR_GAP * longest_m(&lines);
+        let gap_m = gap::most_m(longest_m(&lines));
         squares::trim(&mut lines, &mut opaque, gap_m);
         squares::join(&mut lines, &mut opaque);
-        self.close_gap(&mut lines, gap_m, tolerance);
+        self.close_gap((&mut lines, &opaque), gap_m, tolerance);
         Wall::new(self.frame.normal, plane.depth as f32, self.frame.axes, lines, opaque)
-    }
-
-    /// Grows a leaf over the gap around it, but not on sides where glass or culled faces of the door go on.
-    fn close_gap(&self, lines: &mut [Vec<f32>; 2], gap_m: f32, tolerance: Tolerance) {
-        for (axis, lines) in lines.iter_mut().enumerate() {
-            let ends = [lines[0] - tolerance.hole_m, lines[lines.len() - 1] + tolerance.hole_m];
-            let open = self.sheets.iter().filter(|sheet| sheet.hides != [true; 2]);
-            let corners = open.flat_map(|sheet| sheet.face.map(|corner| corner[axis]));
-            let [below, above] = corners.fold([false; 2], |[below, above], at| {
-                [below | (at < ends[0]), above | (at > ends[1])]
-            });
-            let last = lines.len() - 1;
-            lines[0] -= if below { 0.0 } else { gap_m };
-            lines[last] += if above { 0.0 } else { gap_m };
-        }
     }
 
     /// The leaf of a door that hides nothing: the rectangle around it.

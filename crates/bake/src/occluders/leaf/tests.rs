@@ -8,9 +8,18 @@ const TOLERANCE: Tolerance = Tolerance {
     hole_m: 1e-5,
 };
 
+/// What stands all around a door, a little larger than it.
+fn framing(triangles: &[Triangle]) -> Vec<[Vec3; 3]> {
+    let corners = || triangles.iter().flat_map(|triangle| triangle.corners);
+    let (min, max) = (corners().fold(Vec3::INFINITY, Vec3::min), corners().fold(Vec3::NEG_INFINITY, Vec3::max));
+    let middle = 0.5 * (min + max);
+    let faces = triangles.iter().map(|triangle| triangle.corners);
+    faces.map(|face| face.map(|corner| middle + 1.03 * (corner - middle))).collect()
+}
+
 /// The only leaf of a door.
 fn only(triangles: &[Triangle]) -> Wall {
-    let mut leaves = leaves_of(triangles, TOLERANCE);
+    let mut leaves = leaves_of(triangles, &framing(triangles), TOLERANCE);
     assert_eq!(leaves.len(), 1);
     leaves.remove(0)
 }
@@ -113,6 +122,30 @@ fn a_leaf_hides_where_it_is_opaque_and_from_the_side_of_its_faces() {
 }
 
 #[test]
+fn a_gap_is_closed_only_where_something_stands_along_all_of_a_side() {
+    let triangles = door(0.04, Quat::IDENTITY);
+    // From 3 to 4 m along x, from 0 to 2 m up: a floor and a lintel, something on its left, something on its right only half way up.
+    let panel = |[left, right]: [f32; 2], [low, high]: [f32; 2]| {
+        let [a, b, c, d] = [[left, low], [right, low], [right, high], [left, high]].map(|[x, y]| Vec3::new(x, y, 1.0));
+        [[a, b, c], [a, c, d]]
+    };
+    let framed = [
+        panel([2.0, 5.0], [-1.0, -0.02]),
+        panel([2.0, 5.0], [2.03, 3.0]),
+        panel([2.0, 2.97], [-1.0, 3.0]),
+        panel([4.03, 5.0], [-1.0, 1.0]),
+    ];
+    let beside = framed.concat();
+    let leaf = leaves_of(&triangles, &beside, TOLERANCE).remove(0);
+    let hides = |x: f32, y: f32| leaf.opaque_at(Way::Along, leaf.place(Vec3::new(x, y, 1.0)));
+    assert!(hides(3.5, 1.0) && hides(2.95, 1.0) && hides(3.5, 2.05) && hides(3.5, -0.05));
+    assert!(hides(3.99, 0.5) && !hides(4.01, 0.5) && !hides(4.01, 1.5), "{:?}", leaf.lines);
+    let free = leaves_of(&triangles, &[], TOLERANCE).remove(0);
+    let sizes = free.lines.each_ref().map(|lines| lines[lines.len() - 1] - lines[0]);
+    assert!((sizes[0] * sizes[1] - 2.0).abs() < 1e-4, "{sizes:?}");
+}
+
+#[test]
 fn a_hinge_opens_no_gap() {
     let mut triangles = door(0.04, Quat::IDENTITY);
     let hinge = Vec3::new(2.98, 1.0, 1.0);
@@ -156,13 +189,11 @@ fn a_panel_in_a_frame_is_one_leaf_in_the_depth_of_both() {
 
 #[test]
 fn panels_that_pass_each_other_are_two_leaves() {
-    let leaves = leaves_of(
-        &blocks(&[
-            [[-1.0, 0.0, 0.0], [0.0, 2.0, 0.04]],
-            [[0.0, 0.0, 0.1], [1.0, 2.0, 0.14]],
-        ]),
-        TOLERANCE,
-    );
+    let triangles = blocks(&[
+        [[-1.0, 0.0, 0.0], [0.0, 2.0, 0.04]],
+        [[0.0, 0.0, 0.1], [1.0, 2.0, 0.14]],
+    ]);
+    let leaves = leaves_of(&triangles, &framing(&triangles), TOLERANCE);
     assert_eq!(leaves.len(), 2);
     for leaf in &leaves {
         assert!(is_filled(leaf));
@@ -183,7 +214,7 @@ fn slats_hide_no_more_than_what_one_plane_cuts_of_them() {
         slat.iter().map(|t| Triangle::between(t.corners.map(placed))).collect()
     };
     let slats: Vec<_> = (0..10).flat_map(slat).collect();
-    for leaf in leaves_of(&slats, TOLERANCE) {
+    for leaf in leaves_of(&slats, &framing(&slats), TOLERANCE) {
         let heights = (0..640).map(|step| 0.001 * step as f32);
         let hidden = heights.filter(|y| hides(&leaf, 0.5, *y)).count();
         assert!(hidden < 200, "{hidden} of 640");
@@ -243,7 +274,7 @@ fn a_leaf_of_many_faces_far_from_the_origin_lies_in_its_door() {
         plane_m: 1e-5,
         hole_m: 1e-4,
     };
-    let leaves = leaves_of(&triangles, tolerance);
+    let leaves = leaves_of(&triangles, &framing(&triangles), tolerance);
     let offsets: Vec<_> = leaves.iter().map(|leaf| leaf.offset.abs() - 50.0).collect();
     assert_eq!(leaves.len(), 2, "{offsets:?}");
     assert!(
