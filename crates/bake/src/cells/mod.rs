@@ -206,7 +206,10 @@ fn graph_of(world: &World, tree: &Tree) -> CellGraph {
             .map(|leaf| ViewCell::of_box(absolute(world, grid.bounds(leaf))))
             .collect(),
         voxel_m: f64::from(grid.voxel_m()),
-        reason: format!("{} cells cut along walls", leaves.len()),
+        reason: match leaves.len() {
+            1 => "one cell".to_owned(),
+            cells => format!("{cells} cells cut along walls"),
+        },
     };
     for opening in portals::openings(&tree.voxels, &leaves) {
         graph.join(opening.cells, &opening.corners.map(|corner| world.absolute(corner)));
