@@ -355,5 +355,10 @@ mod tests {
         let wanted = WorldError::TooManyCopies { count: 4_900_000_000 };
         assert_eq!(refused.to_string(), wanted.to_string());
         assert!(!begun.0.load(Ordering::Relaxed), "a stage was begun");
+        let page = include_str!("../../../docs/PROCEDURAL.md");
+        let told = WorldError::TooManyCopies { count: 4_320_000_000 };
+        assert!(page.contains(&format!(
+            "| triangles with all copies, in a bake | 4,294,967,295 | {told} |"
+        )));
     }
 }
