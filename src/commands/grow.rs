@@ -1,7 +1,6 @@
 //! `belvedere grow FILE.dcg -o OUT.glb`: what grows out of rules, as a plain GLB, and what it took.
 
 use std::{
-    collections::BTreeMap,
     fs,
     path::PathBuf,
     time::{Duration, Instant},
@@ -19,18 +18,15 @@ use belvedere_bake::{
 };
 use belvedere_scene::{
     Bounds,
-    procedural::{
-        Settings,
-        limits::{FINEST, MAX_TEXT_BYTES},
-    },
+    procedural::{Settings, limits::FINEST},
 };
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::{
     output::{bytes, print, print_json},
     sowing::{SowingArgs, told},
 };
-use crate::publish::source_files::{SourceFolder, read_named};
+use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -69,7 +65,11 @@ pub(super) struct Report {
     #[serde(skip)]
     parameters_told: Vec<String>,
     /// For each limit what was used and what may be used.
-    limits: BTreeMap<&'static str, [u64; 2]>,
+    #[serde(serialize_with = "by_name")]
+    limits: Vec<(&'static str, [u64; 2])>,
+    /// Why a bake would refuse it, for a person.
+    #[serde(skip)]
+    refused: Option<String>,
     seconds: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     bytes: Option<usize>,
@@ -83,7 +83,9 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
             output.display()
         );
     }
-    let read = read_named(&args.file, (MAX_TEXT_BYTES as u64, "the most that rules may have"))?;
+    // What is longer than rules may be is told in the words in which all mistakes of rules are.
+    let limits = Limits::default();
+    let read = read_named(&args.file, (limits.memory_bytes, MOST_OF_A_SOURCE))?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
     let Sowing { seed, parameters } = args.sowing.try_into()?;
     let settings = Settings {
@@ -95,7 +97,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     let started = Instant::now();
     let ground = Ground {
         files: &SourceFolder::beside(&args.file),
-        limits: &Limits::default(),
+        limits: &limits,
         progress: &Silent,
     };
     let growth = plant(&name, read, &settings, ground)
@@ -118,6 +120,17 @@ fn detail(text: &str) -> Result<u32, String> {
     detail.ok_or_else(|| format!("a level of detail is a whole number from 0 to {FINEST}"))
 }
 
+fn by_name<S: Serializer>(limits: &[(&'static str, [u64; 2])], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(limits.iter().copied())
+}
+
+/// Why a bake would refuse so many triangles, all copies counted; `None` where it does not.
+pub(super) fn refusal(placed: usize) -> Option<String> {
+    (placed > MAX_PLACED_TRIANGLES).then(|| {
+        format!("a bake would refuse it, with more than {MAX_PLACED_TRIANGLES} placed triangles: bake it in parts")
+    })
+}
+
 impl Report {
     /// The report of what grew in this time.
     pub(super) fn of(growth: &Growth, settings: &Settings, time: Duration) -> Self {
@@ -125,7 +138,7 @@ impl Report {
             program, grown, scene, ..
         } = growth;
         let usage = grown.usage.of(&settings.limits);
-        let placed = ("placed triangles", grown.triangles(), MAX_PLACED_TRIANGLES as u64);
+        let placed = scene.placed_triangles();
         Self {
             rule_bytes: program.files().map(|(_, text)| text.len()).sum(),
             explicit_bytes: grown.explicit_bytes(),
@@ -139,17 +152,18 @@ impl Report {
             parameters_told: program.parameters_told().collect(),
             limits: usage
                 .into_iter()
-                .chain([placed])
+                .chain([("placed triangles", placed as u64, MAX_PLACED_TRIANGLES as u64)])
                 .map(|(name, used, limit)| (name, [used, limit]))
                 .collect(),
             seconds: time.as_secs_f64(),
+            refused: refusal(placed),
             bytes: None,
         }
     }
 
     /// The report for a person.
     pub(super) fn sentences(&self, name: &str) -> String {
-        let limit = |(what, [used, limit]): (&&str, &[u64; 2])| format!("{used} of {limit} {what}");
+        let limit = |(what, [used, limit]): &(&str, [u64; 2])| format!("{used} of {limit} {what}");
         let size = self.bounds.size_m();
         let mut lines = vec![
             format!(
@@ -166,6 +180,7 @@ impl Report {
                 self.limits.iter().map(limit).collect::<Vec<_>>().join(", ")
             ),
         ];
+        lines.extend(self.refused.iter().map(|refused| format!("  {refused}")));
         if self.objects == 0 {
             lines.push(
                 "  nothing is drawn: a rule draws when it is called, at last by a statement outside of rules"

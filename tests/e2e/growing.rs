@@ -88,6 +88,34 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
         said.contains("24 triangles in") && said.contains("  12 triangles have no area and are left out"),
         "{said}"
     );
+    let dense = data.write(
+        "dense.dcg",
+        "part p() { for i in 500 box(1, 1, 1) } for i in 1000 for j in 716 move(i, 0, j) p()",
+    );
+    let dense = dense.to_str().expect("UTF-8");
+    for command in ["grow", "inspect"] {
+        let said = data.ok(&[command, dense]);
+        assert!(
+            said.contains("4296000000 of 4294967295 placed triangles") && said.contains("a bake would refuse it"),
+            "{said}"
+        );
+        let said = data.ok(&[command, &file]);
+        assert!(
+            said.contains(" of 4194304 numbers kept") && said.contains(" 2 of 256 files") && !said.contains("refuse"),
+            "{said}"
+        );
+    }
+    let long = data.write("long.dcg", format!("box(1, 1, 1)\n{}", "// long\n".repeat(200_000)));
+    let long = long.to_str().expect("UTF-8");
+    for command in [
+        &["grow", long][..],
+        &["inspect", long],
+        &["bake", long, "--scene", "long"],
+    ] {
+        let error = data.fails(command);
+        let wanted = "long.dcg, line 1, column 1: more than 1048576 bytes of text; make it smaller";
+        assert!(error.contains(wanted), "{error}");
+    }
     let twice = data.fails(&["grow", &file, "--set", "size=3", "--set", "size=4"]);
     assert!(twice.contains("`--set size=…` is given twice"), "{twice}");
     let endless = data.folder("endless.dcg");

@@ -322,7 +322,9 @@ fn look(world: &World, cell: &Region) -> Vec<u32> {
 }
 
 fn growth() {
-    println!("\ngrowth at equal density: ms for a cell, and what is not hidden; a naive sampler asks every object with 16 sight lines\n");
+    println!(
+        "\ngrowth at equal density: ms for a cell, and what is not hidden; a naive sampler asks every object with 16 sight lines\n"
+    );
     println!("| buildings | streets | one occluder | fused | `conservative` | naive sampler |");
     println!("|---|---|---|---|---|---|");
     let sizes = [[28, 19], [56, 38], [112, 76]];

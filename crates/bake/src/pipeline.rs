@@ -2,6 +2,7 @@
 
 use belvedere_scene::Bounds;
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::{
     cells::{self, CellGraph, CellSettings, author::AuthorError},
@@ -17,9 +18,9 @@ use crate::{
     progress::{Cancelled, Progress, Silent, Stage},
     records::{self, BlobSink, Models, SinkError, Written},
     share::share,
-    source::{Material, SourceScene, SourceViewpoint},
+    source::{Material, SourceModel, SourceObject, SourceScene, SourceViewpoint},
     visibility::{self, Views, Visibility, VisibilitySettings, conservative::Scenery},
-    world::{World, WorldError, bounds_of},
+    world::{self, World, WorldError, bounds_of},
 };
 
 /// Everything that decides the result besides the source.
@@ -101,6 +102,8 @@ pub fn bake(
 ) -> Result<Written, BakeError> {
     let progress = host.progress;
     const STEPS: u64 = 3;
+    // Nothing later makes fewer of them, and all of it takes longer the more there are.
+    world::check_placed(&source.scene)?;
     progress.start(Stage::Occluders, STEPS);
     let mut scene = in_spatial_order(split::split(share(source.scene), &settings.split, defects));
     // Who draws cells has looked which way they should stand.
@@ -269,16 +272,13 @@ pub struct Source {
 /// Orders objects along a Z-order curve through their middles, so that ids of neighbours are near each other and the
 /// index trees above them are tight. Models follow in order of first use.
 pub(crate) fn in_spatial_order(mut scene: SourceScene) -> SourceScene {
-    let middles: Vec<DVec3> = scene
-        .objects
-        .iter()
-        .map(|object| {
-            let model = &scene.models[object.model];
-            let points = model.primitives.iter().flat_map(|p| &p.positions);
-            let local = Bounds::around(points.map(|p| p.map(f64::from)));
-            object.world_from_object.transform_point3(DVec3::from(local.center()))
-        })
-        .collect();
+    let middle_of = |model: &SourceModel| {
+        let points = model.primitives.iter().flat_map(|p| &p.positions);
+        DVec3::from(Bounds::around(points.map(|p| p.map(f64::from))).center())
+    };
+    let of_models: Vec<DVec3> = scene.models.par_iter().map(middle_of).collect();
+    let placed = |object: &SourceObject| object.world_from_object.transform_point3(of_models[object.model]);
+    let middles: Vec<DVec3> = scene.objects.iter().map(placed).collect();
     let around = Bounds::around(middles.iter().map(DVec3::to_array));
     let mut order: Vec<usize> = (0..scene.objects.len()).collect();
     order.sort_by_cached_key(|i| (z_order(middles[*i], &around), *i));
@@ -303,4 +303,77 @@ pub(crate) fn z_order(point: DVec3, around: &Bounds) -> u64 {
     let steps = f64::from((1u32 << 21) - 1);
     let step = |axis: usize| ((point[axis] - around.min[axis]) / size * steps).clamp(0.0, steps) as u64;
     morton::code([0, 1, 2].map(step))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use belvedere_scene::BlobName;
+    use glam::DMat4;
+
+    use super::*;
+    use crate::source::{Primitive, Role};
+
+    /// Hears whether anything was begun.
+    #[derive(Default)]
+    struct Begun(AtomicBool);
+
+    impl Progress for Begun {
+        fn start(&self, _: Stage, _: u64) {
+            self.0.store(true, Ordering::Relaxed);
+        }
+
+        fn advance(&self, _: u64) {}
+    }
+
+    struct Nowhere;
+
+    impl BlobSink for Nowhere {
+        fn put(&self, _: &BlobName, _: Vec<u8>) -> Result<(), SinkError> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn more_placed_triangles_than_can_be_numbered_are_refused_before_anything_is_begun() {
+        let dense = Primitive {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            indices: [0, 1, 2].repeat(70_000),
+            ..Primitive::default()
+        };
+        let object = SourceObject {
+            source_node: "dense".to_owned(),
+            part: 0,
+            model: 0,
+            world_from_object: DMat4::IDENTITY,
+            role: Role::Ordinary,
+        };
+        let source = Source {
+            scene: SourceScene {
+                models: vec![SourceModel {
+                    primitives: vec![dense],
+                    ..SourceModel::default()
+                }],
+                objects: vec![object; 70_000],
+                ..SourceScene::default()
+            },
+            title: "dense".to_owned(),
+            bytes: 0,
+        };
+        let begun = Begun::default();
+        let host = Host {
+            progress: &begun,
+            ..Host::taking(&Nowhere)
+        };
+        let refused = bake(source, &BakeSettings::default(), &mut Defects::default(), &host).unwrap_err();
+        let wanted = WorldError::TooManyCopies { count: 4_900_000_000 };
+        assert_eq!(refused.to_string(), wanted.to_string());
+        assert!(!begun.0.load(Ordering::Relaxed), "a stage was begun");
+        let page = include_str!("../../../docs/PROCEDURAL.md");
+        let told = WorldError::TooManyCopies { count: 4_320_000_000 };
+        assert!(page.contains(&format!(
+            "| triangles with all copies, in a bake | 4,294,967,295 | {told} |"
+        )));
+    }
 }

@@ -191,6 +191,15 @@ pub struct SourceViewpoint {
     pub world_from_camera: DMat4,
 }
 
+impl SourceScene {
+    /// Triangles of all objects.
+    #[must_use]
+    pub fn placed_triangles(&self) -> usize {
+        let of_models: Vec<usize> = self.models.iter().map(SourceModel::triangle_count).collect();
+        self.objects.iter().map(|object| of_models[object.model]).sum()
+    }
+}
+
 impl SourceObject {
     /// An upper bound of how much the transform stretches any length: the square root of the product of the largest
     /// column sum and the largest row sum bounds the spectral norm.

@@ -39,6 +39,7 @@ pub use cast::Hit;
 use copies::{Copies, Once, Placed};
 pub(crate) use flatten::bounds_of;
 use flatten::{Placing, sample_points};
+pub(crate) use limits::check_placed;
 pub use limits::{MAX_PLACED_TRIANGLES, MAX_REACH_M, MAX_TRIANGLES, MIN_SIZE_M, WorldError};
 use limits::{check_extent, check_reach, check_size};
 use mesh::Mesh;

@@ -148,6 +148,8 @@ fn what_grows_is_what_grew_before() {
             "parts": usage.parts,
             "placements": usage.placements,
             "materials": usage.materials,
+            "kept": usage.kept,
+            "files": usage.files,
             "bounds": grown.parts[0].bounds,
         })
     });

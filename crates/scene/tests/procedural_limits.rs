@@ -103,6 +103,10 @@ fn what_goes_beyond_a_limit_is_told_in_the_words_of_the_documentation() {
     let rows = rows();
     assert!(rows.len() > 30, "{} rows", rows.len());
     for [what, _, said] in rows {
+        // Whoever bakes says that, and is asked whether in these words.
+        if what.ends_with(", in a bake") {
+            continue;
+        }
         let said = said.replace("1000000000 steps", "5000000 steps");
         let program = Program::read("0", too_much(&what), &Chain);
         let error = program.and_then(|program| grow(&program, &settings)).expect_err(&what);

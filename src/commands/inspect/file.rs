@@ -60,11 +60,7 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
     let report = FileReport {
         objects: scene.objects.len(),
         models: scene.models.len(),
-        triangles: scene
-            .objects
-            .iter()
-            .map(|o| scene.models[o.model].triangle_count())
-            .sum(),
+        triangles: scene.placed_triangles(),
         materials: scene.materials.len(),
         textures: scene.textures.len(),
         image_bytes: scene.images.iter().map(|i| i.bytes.len()).sum(),
@@ -87,6 +83,8 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
     ))?;
     if let Some(growth) = &report.growth {
         print(&growth.sentences(&name))?;
+    } else if let Some(refused) = grow::refusal(report.triangles) {
+        print(&format!("  {refused}"))?;
     }
     for defect in &report.defects {
         print(&format!("  {defect}"))?;

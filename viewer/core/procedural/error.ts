@@ -40,16 +40,21 @@ export class DcgError extends Error {
   }
 
   static at(file: string, whole: string, place: number, problem: string): DcgError {
-    // A mark of the byte order may stand before a text and is no part of it.
-    const source = whole.replace(/^\ufeff/, "");
-    const at = Math.max(0, place - (whole.length - source.length));
-    const before = source.slice(0, at);
-    const start = Math.max(before.lastIndexOf("\n"), before.lastIndexOf("\r")) + 1;
-    const line = /^[^\r\n]*/.exec(source.slice(start))?.[0] ?? "";
-    const shown = [...line.replace(/^[ \t]+|[ \t]+$/g, "")].slice(0, MOST_SHOWN).join("");
-    const column = [...before.slice(start)].length + 1;
-    return new DcgError(file, lineOf(source, at), column, shown, problem);
+    const { line, column, text } = placeOf(whole, place);
+    const shown = [...text.replace(/^[ \t]+|[ \t]+$/g, "")].slice(0, MOST_SHOWN).join("");
+    return new DcgError(file, line, column, shown, problem);
   }
+}
+
+/** Where something lies for who reads the text. Line and column count from 1, columns in characters; `text` is the whole line. */
+function placeOf(whole: string, place: number): { line: number; column: number; text: string } {
+  // A mark of the byte order may stand before a text and is no part of it.
+  const source = whole.replace(/^\ufeff/, "");
+  const at = Math.max(0, place - (whole.length - source.length));
+  const before = source.slice(0, at);
+  const start = Math.max(before.lastIndexOf("\n"), before.lastIndexOf("\r")) + 1;
+  const text = /^[^\r\n]*/.exec(source.slice(start))?.[0] ?? "";
+  return { line: lineOf(source, at), column: [...before.slice(start)].length + 1, text };
 }
 
 /** What a terminal would take for an order becomes a replacement character. */
@@ -136,6 +141,24 @@ export function noStatement(word: string, known: readonly string[]): string {
       ? `a rule is called with brackets, as in \`${word}()\``
       : `did you mean \`${suggestion}\`?`;
   return `no statement begins with \`${word}\`; ${wayOut}`;
+}
+
+/** Of a declaration in braces of which the last was opened there. */
+export function declarationInside(text: string, opened: number): string {
+  const { line, column } = placeOf(text, opened);
+  const place = `the \`{\` of line ${line}, column ${column} is not closed before this one`;
+  return `declarations stand outside of braces, and ${place}; close it with \`}\``;
+}
+
+/** Of a declaration where what stands before wants a statement. */
+export function declarationBehind(word: string): string {
+  const wayOut = "write one, such as `box(1, 2, 1)`, before it";
+  return `\`${word}\` begins a declaration, and a statement is wanted here; ${wayOut}`;
+}
+
+/** Of a word that stands further on in what it belongs to. */
+export function later(word: string, usage: string): string {
+  return `no statement begins with \`${word}\`; it stands further on, as in \`${usage}\``;
 }
 
 /** Of what changes a statement at the end of the file or of braces. */

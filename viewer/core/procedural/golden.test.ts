@@ -7,7 +7,7 @@ import type { Bounds } from "./bounds.ts";
 import { DcgError } from "./error.ts";
 import { grow } from "./evaluator/index.ts";
 import { type Grown, instancesOf } from "./grown.ts";
-import { LIMITS } from "./limits.ts";
+import { LIMITS, type Usage } from "./limits.ts";
 import { readProgram } from "./link.ts";
 import { growModel, Rulebook } from "./recipe.ts";
 import { type Value, valueFromJson } from "./value.ts";
@@ -77,8 +77,7 @@ function hash(model: Grown): string {
 }
 
 describe("what grows is what grows in Rust, bit for bit", () => {
-  const wanted =
-    json<({ case: Case; hash: string; bounds: Bounds } & Record<keyof typeof LIMITS, number>)[]>("grown.json");
+  const wanted = json<({ case: Case; hash: string; bounds: Bounds } & Usage)[]>("grown.json");
   it.each(wanted)("$case", ({ case: settings, hash: golden, bounds, ...usage }) => {
     const model = grown(settings);
     expect(model.parts[0]?.bounds).toEqual(bounds);
@@ -122,6 +121,26 @@ it("tells what there is in place of a parameter that there is not, and what is o
   expect(refused("heigth", 3)).toThrow(/^`heigth` is not a parameter of `test.dcg`; it takes /);
   expect(refused("heigth", 3)).toThrow(known);
   expect(refused("size", 4)).toThrow(/^`size` is 4; it must be from 1 to 3$/);
+});
+
+it("tells what is kept, and needs no more than that", () => {
+  const text = `material m(n) {} part p(l) { paint m(l[0]) box(1, 1, 1) } let a = [1, 2, 3]
+    for i in 5 p([i, 1]) called "sixteen letters." box(1, 1, 1) viewpoint "eight le"`;
+  const program = readProgram("test.dcg", text, () => "");
+  const { kept, files } = grow(program).usage;
+  expect([kept, files]).toEqual([44, 1]);
+  expect(grow(program, { limits: { kept } }).usage.kept).toBe(kept);
+  expect(() => grow(program, { limits: { kept: kept - 1 } })).toThrow("more than 43 numbers kept");
+});
+
+it("takes no room for what calls do not give", () => {
+  const formals = Array.from({ length: 1000 }, (_, i) => `a${i} = ${i}`).join();
+  const calls = Array.from({ length: 1000 }, (_, i) => `r(a${(i + 1) % 1000} = 2)`).join(" ");
+  const [module] = readProgram("test.dcg", `rule r(${formals}) {} r() ${calls} r(5, a999 = 1)`, () => "").modules;
+  const slots = module?.calls.map((call) => call.slots) ?? [];
+  expect([slots[0], slots[1], slots.at(-1)]).toEqual([[], [1], [0, 999]]);
+  const lists = module?.calls.flatMap((call) => Object.values(call).filter(Array.isArray)) ?? [];
+  expect(Math.max(...lists.map((list) => list.length))).toBe(2);
 });
 
 it("imports a file once, however it is written", () => {

@@ -1,7 +1,7 @@
 /** What has grown? Parts that are placed, and what they look like. As `crates/scene/src/procedural/grown.rs`. */
 import { type Affine, after, IDENTITY } from "./affine.ts";
 import type { Bounds } from "./bounds.ts";
-import type { Amounts } from "./limits.ts";
+import type { Usage } from "./limits.ts";
 import type { Mesh } from "./solid/mesh.ts";
 
 /** A model with all its triangles. */
@@ -9,7 +9,7 @@ export interface Grown {
   /** Pieces of geometry; the first is the whole model. They place each other, never in a cycle. */
   readonly parts: readonly Part[];
   readonly materials: readonly Surface[];
-  readonly usage: Readonly<Amounts>;
+  readonly usage: Readonly<Usage>;
 }
 
 /** A piece of geometry in its own space. */

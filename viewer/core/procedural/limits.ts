@@ -9,8 +9,6 @@ export const MAX_NESTING = 96;
 export const MAX_CHAIN = 64;
 /** Most words of code that are made of one file, so that they take no more memory than its text may. */
 export const MAX_CODE = 2 ** 21;
-/** Most numbers that are kept: what parts, materials and files were given, and 8 letters of a name or path for each number. */
-export const MAX_KEPT = 2 ** 22;
 export const MAX_LIST = 2 ** 16;
 /** Most lists inside each other in a value. */
 export const MAX_LIST_DEPTH = 64;
@@ -34,6 +32,14 @@ export interface Amounts {
   /** Parts, glTF files and viewpoints placed, counting again whatever they contain. */
   placements: number;
   materials: number;
+  /** Numbers that are kept: what parts, materials and files were given, and 8 letters of a name or path for each number. */
+  kept: number;
+}
+
+/** What was taken. */
+export interface Usage extends Amounts {
+  /** Files, the first included; at most {@link MAX_MODULES}. */
+  files: number;
 }
 
 export const LIMITS: Readonly<Amounts> = {
@@ -44,6 +50,7 @@ export const LIMITS: Readonly<Amounts> = {
   parts: 65_536,
   placements: 1_000_000,
   materials: 4_096,
+  kept: 2 ** 22,
 };
 
 const WAYS_OUT: Readonly<Record<string, string>> = {

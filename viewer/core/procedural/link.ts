@@ -49,7 +49,8 @@ export function readProgram(file: string, text: string, load: Load): Program {
     }
   }
   refuseCycles(modules);
-  for (const module of modules) linkCalls(modules, module);
+  const named = modules.map(namesOf);
+  for (const module of modules) linkCalls(modules, module, named);
   return { modules };
 }
 
@@ -61,15 +62,18 @@ export function withFirst({ modules: [, ...others] }: Program, file: string, tex
     item.module = modules.findIndex((module) => module.file === item.path);
     if (item.module < 1) throw errorAt(first, item.at, `"${item.path}" is not here`);
   }
-  linkCalls(modules, first);
+  linkCalls(modules, first, modules.map(namesOf));
   return { modules };
 }
 
 /** Finds what each call of a module leads to. */
-function linkCalls(modules: readonly Module[], module: Module): void {
+function linkCalls(modules: readonly Module[], module: Module, named: readonly Names[]): void {
+  const from = modules.indexOf(module);
+  const callees = new Map<object, Callee>();
   for (const call of module.calls) {
     try {
-      link(modules, module, call);
+      link(modules, from, call, named);
+      give(call, calleeOf(callees, modules[call.module] as Module, call));
     } catch (error) {
       throw error instanceof Fault ? errorAt(module, error.at, error.problem) : error;
     }
@@ -117,12 +121,28 @@ function refuseCycles(modules: readonly Module[]): void {
   }
 }
 
-function link(modules: readonly Module[], own: Module, call: Call): void {
-  const from = modules.indexOf(own);
-  const imported = (alias: string) => own.imports.find((item) => item.alias === alias);
+/** Where the names of a file lead, so that finding one takes as long however many there are. */
+type Names = Readonly<Record<Wanted | "import", ReadonlyMap<string, number>>>;
+
+function namesOf({ rules, functions, materials, imports }: Module): Names {
+  // No name is declared twice.
+  const byName = (names: readonly string[]) => new Map(names.map((name, index) => [name, index]));
+  const named = (items: readonly { readonly name: string }[]) => byName(items.map(({ name }) => name));
+  return {
+    rule: named(rules),
+    function: named(functions),
+    material: named(materials),
+    import: byName(imports.map(({ alias }) => alias)),
+  };
+}
+
+function link(modules: readonly Module[], from: number, call: Call, named: readonly Names[]): void {
+  const own = modules[from] as Module;
+  const indexIn = (module: number, kind: keyof Names, name: string) => named[module]?.[kind].get(name) ?? -1;
+  const imported = (alias: string) => own.imports[indexIn(from, "import", alias)];
   const { alias } = call;
   if (alias === undefined) {
-    const index = names(own, call.wanted).indexOf(call.name);
+    const index = indexIn(from, call.wanted, call.name);
     const whole = call.wanted === "rule" ? imported(call.name) : undefined;
     if (index < 0 && !whole) throw new Fault(call.at, unknownCall(own, call));
     call.module = index >= 0 ? from : (whole?.module ?? from);
@@ -135,17 +155,30 @@ function link(modules: readonly Module[], own: Module, call: Call): void {
     }
     const module = modules[item.module] as Module;
     call.module = item.module;
-    call.index = names(module, call.wanted).indexOf(call.name);
+    call.index = indexIn(item.module, call.wanted, call.name);
     if (call.index < 0) throw new Fault(call.at, unknownCall(module, call));
   }
-  give(call, formalsOf(modules[call.module] as Module, call));
 }
 
-/** What a call can give. */
-function formalsOf(module: Module, { wanted, index }: Call): readonly Formal[] {
-  if (index < 0) return module.parameters.map(({ formal }) => formal);
+/** What a call can give, made once for all calls of it. */
+interface Callee {
+  readonly formals: readonly Formal[];
+  readonly places: ReadonlyMap<string, number>;
+  /** Places of those that must be given. */
+  readonly needed: readonly number[];
+}
+
+function calleeOf(known: Map<object, Callee>, module: Module, { wanted, index }: Call): Callee {
   const list = { rule: module.rules, function: module.functions, material: module.materials }[wanted];
-  return list[index]?.formals ?? [];
+  const called = list[index] ?? module;
+  let callee = known.get(called);
+  if (!callee) {
+    const formals = list[index]?.formals ?? module.parameters.map(({ formal }) => formal);
+    const places = new Map(formals.map(({ name }, place) => [name, place]));
+    callee = { formals, places, needed: [...formals.keys()].filter((place) => !formals[place]?.initial) };
+    known.set(called, callee);
+  }
+  return callee;
 }
 
 function names(module: Module, wanted: Wanted): string[] {
@@ -175,26 +208,24 @@ function unknownCall(module: Module, call: Call): string {
   return unknown(call.wanted, call.name, known);
 }
 
-/** Finds which argument each formal is given: they are computed in the formals' order. */
-function give(call: Call, formals: readonly Formal[]): void {
-  const found = formals.map(() => -1);
+/** Finds which argument each formal is given: they are computed in the formals' order. Takes no longer the more formals there are. */
+function give(call: Call, { formals, places, needed }: Callee): void {
+  const found = new Map<number, Argument>();
   call.args.forEach((argument, i) => {
     const { name } = argument;
-    const place = name === undefined ? i : formals.findIndex((formal) => formal.name === name);
-    if (name !== undefined && place < 0) {
+    const place = name === undefined ? i : places.get(name);
+    if (place === undefined) {
       const known = formals.map((formal) => formal.name);
-      throw new Fault(argument.at, unknownArgument(name, call.name, known));
+      throw new Fault(argument.at, unknownArgument(name ?? "", call.name, known));
     }
     const formal = formals[place];
     if (!formal) throw new Fault(argument.at, tooManyArguments(call.name, formals.length));
-    if (found[place] !== -1) throw new Fault(argument.at, argumentTwice(formal.name));
-    found[place] = i;
+    if (found.has(place)) throw new Fault(argument.at, argumentTwice(formal.name));
+    found.set(place, argument);
   });
-  const missing = formals.find((formal, i) => !formal.initial && found[i] === -1);
-  if (missing) throw new Fault(call.at, missingArgument(call.name, missing.name));
-  const places = formals.map((_, place) => place);
-  call.slots = places.filter((place) => found[place] !== -1);
-  call.missing = places.filter((place) => found[place] === -1);
-  call.given = call.slots.map((place) => call.args[found[place] as number] as Argument);
+  const missing = needed.find((place) => !found.has(place));
+  if (missing !== undefined) throw new Fault(call.at, missingArgument(call.name, formals[missing]?.name ?? ""));
+  call.slots = [...found.keys()].sort((a, b) => a - b);
+  call.given = call.slots.map((place) => found.get(place) as Argument);
   call.row = rowOf("values", ...call.given);
 }

@@ -134,12 +134,21 @@ export interface Call {
   index: number;
   /** The arguments in the order of what they give, once linked. */
   given: Argument[];
-  /** Places of the formals that they give. */
+  /** Places of the formals that they give, rising. */
   slots: number[];
-  /** Their values. */
+  /** Their values; known once linked, as all of these. */
   row: Row;
-  /** Places of the formals that are not given; known once linked, as all of these. */
-  missing: number[];
+}
+
+/** Places of the formals that a call does not give. */
+export function notGiven({ slots }: Call, formals: readonly Formal[]): number[] {
+  const left: number[] = [];
+  let given = 0;
+  for (let place = 0; place < formals.length; place += 1) {
+    if (slots[given] === place) given += 1;
+    else left.push(place);
+  }
+  return left;
 }
 
 export interface Argument extends Written {

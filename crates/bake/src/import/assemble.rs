@@ -12,7 +12,7 @@ use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::procedural::{self, Ground, Nursery, Planting};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
-use super::{ImportError, Limits, finish, impostor, materials, uv_sets};
+use super::{ImportError, Limits, extras, finish, impostor, materials, uv_sets};
 use crate::progress::Stage;
 use crate::source::{AuthoredShape, Role, SourceModel, SourceObject, SourceScene};
 
@@ -42,7 +42,8 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
     reader
         .defects
         .note("animation: not played", animations, || "/animations/0".into());
-    let hierarchy = walk(reader)?;
+    extras::note_unknown(&reader.root, &mut reader.defects);
+    let mut hierarchy = walk(reader)?;
     progress.start(Stage::Import, hierarchy.nodes.len() as u64);
     let mut assembly = Assembly {
         reader,
@@ -60,7 +61,12 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         }
         let item = assembly.reader.root.listed("nodes", node.index);
         match (node.mark, assembly.reader.settle(item)?) {
-            (Mark::Authored(kind), Some(item)) => assembly.keep_for_the_bake(node, &item, kind)?,
+            (Mark::Authored(kind), Some(item)) => {
+                let rules = u64::from(procedural::wanted(item.value).is_some());
+                let defect = "rules at a node that is a cell, a portal or an occluder: not grown";
+                assembly.reader.defects.note(defect, rules, || node.name.clone());
+                assembly.keep_for_the_bake(node, &item, kind)?;
+            }
             (Mark::Drawn(role), Some(item)) => {
                 let skin = assembly.reader.settle(item.index("skin"))?.flatten();
                 let skin = skin.filter(|_| item.member("mesh").is_some());
@@ -84,18 +90,18 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
     uv_sets::fill(reader, &mut scene)?;
     finish::name_what_is_not_kept(reader, &scene);
     let mut nursery = Nursery::default();
+    scene.viewpoints = std::mem::take(&mut hierarchy.viewpoints);
     for planting in &plantings {
         if !nodes_grow {
             let kind = "rules in a file that rules place: not grown";
             reader.defects.note(kind, 1, || planting.node.clone());
             continue;
         }
-        nursery.plant(&mut scene, planting, (&mut reader.defects, ground))?;
+        nursery.plant(&mut scene, planting, (reader, ground))?;
     }
     if scene.objects.is_empty() {
         return Err(finish::nothing_to_draw(reader, &scene));
     }
-    scene.viewpoints = hierarchy.viewpoints;
     scene.title = finish::title(reader);
     Ok(scene)
 }

@@ -93,11 +93,7 @@ impl<'a> Item<'a> {
 
     /// A number that counts or indexes something.
     pub(super) fn as_index(&self) -> Read<usize> {
-        // Some exporters write 3.0 for 3.
-        let whole = |f: f64| (f >= 0.0 && f <= 2f64.powi(53) && f.fract() == 0.0).then_some(f as u64);
-        self.value
-            .as_u64()
-            .or_else(|| self.value.as_f64().and_then(whole))
+        whole(self.value)
             .and_then(|i| usize::try_from(i).ok())
             .map_or_else(|| flaw(WRONG_TYPE, self.place.clone()), Ok)
     }
@@ -151,6 +147,12 @@ impl<'a> Item<'a> {
     pub(super) fn name(&self) -> Option<&'a str> {
         self.value.get("name").and_then(Value::as_str).filter(|n| !n.is_empty())
     }
+}
+
+/// A number that counts something. Some exporters write 3.0 for 3.
+pub(super) fn whole(value: &Value) -> Option<u64> {
+    let whole = |f: f64| (f >= 0.0 && f <= 2f64.powi(53) && f.fract() == 0.0).then_some(f as u64);
+    value.as_u64().or_else(|| value.as_f64().and_then(whole))
 }
 
 /// An upper bound of the memory that a JSON text takes as values, found without parsing it.

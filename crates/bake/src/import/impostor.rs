@@ -5,7 +5,7 @@
 use belvedere_scene::impostor::Wish;
 use serde_json::Value;
 
-use super::document::Item;
+use super::document::{Item, whole};
 use super::reader::Reader;
 use crate::defect::Defects;
 
@@ -80,7 +80,7 @@ fn read(value: &Value) -> Option<Option<Asked>> {
         wish.views = Wish::VIEWS_OF_FRAMES;
     }
     for (name, value) in members {
-        let number = || u32::try_from(value.as_u64()?).ok();
+        let number = || u32::try_from(whole(value)?).ok();
         match name.as_str() {
             "views" => wish.views = number().filter(|views| (Wish::LEAST_VIEWS..=Wish::MOST_VIEWS).contains(views))?,
             "size" => wish.size_px = number().filter(|size| Wish::SIZES_PX.contains(size))?,
@@ -157,6 +157,15 @@ mod tests {
             json!({"views": 12, "size": 16, "below": true}),
         ];
         assert_eq!(asked(json!(false), &both), (wish(12, 128, true), 0));
+    }
+
+    /// Some exporters know no whole numbers.
+    #[test]
+    fn a_number_that_is_written_with_a_point_is_what_it_is() {
+        let wish = json!({"views": 5.0, "size": 128.0, "frames": 4.0});
+        let same = json!({"views": 5, "size": 128, "frames": 4});
+        assert_eq!(asked(wish, &[]), asked(same, &[]));
+        assert_eq!(asked(json!({"views": 5.0}), &[]).1, 0);
     }
 
     #[test]

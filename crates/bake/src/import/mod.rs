@@ -7,7 +7,7 @@
 //! A tour, in the order in which data flows: `container` and `archive` find the document and its bytes; `document`
 //! reads members of it without trust; `reader` resolves buffers and views, `compression` decodes them; `accessors`
 //! reads numbers; `nodes` and `instances` place objects; `primitives`, `topology` and `attributes` check geometry;
-//! `skin` poses it, for pictures of what moves as `animation` and `poses` say; `materials` collects what is used; `impostor` reads what asks for pictures. [`split`] then cuts sprawling meshes into objects.
+//! `skin` poses it, for pictures of what moves as `animation` and `poses` say; `materials` collects what is used; `impostor` reads what asks for pictures, `extras` finds wishes that nobody reads. [`split`] then cuts sprawling meshes into objects.
 //!
 //! Guarantees: geometry is finite, indices are in range, no triangle is without area, every model, material, texture
 //! and picture is used. Objects may be **mirrored**: triangles stay as in the source, so whoever needs the front of a
@@ -24,6 +24,7 @@ mod container;
 mod document;
 mod error;
 mod extent;
+mod extras;
 mod finish;
 pub(crate) mod impostor;
 mod instances;

@@ -14,6 +14,9 @@ use super::local::Local;
 use super::reader::Reader;
 use crate::source::{Role, SourceViewpoint};
 
+/// Of a viewpoint.
+pub(super) const NO_DIRECTION: &str = "viewpoint without a direction: left out";
+
 /// What an author marked a node as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mark {
@@ -268,15 +271,13 @@ fn note_viewpoint(
             name: name.map_or_else(|| node.place.clone(), str::to_owned),
             world_from_camera,
         }),
-        None => reader
-            .defects
-            .note("viewpoint without a direction: left out", 1, || node.place.clone()),
+        None => reader.defects.note(NO_DIRECTION, 1, || node.place.clone()),
     }
     Ok(())
 }
 
 /// The transform without scale, shear and mirroring: keeps the position, the direction −Z and, near it, the up axis.
-fn rigid(world_from_node: DMat4) -> Option<DMat4> {
+pub(super) fn rigid(world_from_node: DMat4) -> Option<DMat4> {
     let linear = DMat3::from_mat4(world_from_node);
     let back = linear.z_axis.try_normalize()?;
     let right = linear.y_axis.try_normalize()?.cross(back).try_normalize()?;

@@ -60,12 +60,17 @@ pub(super) fn check_size(scene: &SourceScene, once: &Once) -> Result<(), WorldEr
     let flat = scene.objects.iter().filter(|object| !once.places(object));
     let held = (0..scene.models.len()).filter(|model| once.0[*model]).map(triangles);
     let count = flat.map(|object| triangles(object.model)).sum::<usize>() + held.sum::<usize>();
-    let placed: usize = scene.objects.iter().map(|object| triangles(object.model)).sum();
     if count > MAX_TRIANGLES {
         return Err(WorldError::TooManyTriangles { count });
     }
-    if placed > MAX_PLACED_TRIANGLES {
-        return Err(WorldError::TooManyCopies { count: placed });
+    check_placed(scene)
+}
+
+/// Whether the triangles of all objects can be numbered, which is quick to say.
+pub(crate) fn check_placed(scene: &SourceScene) -> Result<(), WorldError> {
+    let count = scene.placed_triangles();
+    if count > MAX_PLACED_TRIANGLES {
+        return Err(WorldError::TooManyCopies { count });
     }
     Ok(())
 }

@@ -53,22 +53,39 @@ fn printable(text: &str) -> String {
 
 impl std::error::Error for DcgError {}
 
+/// Where a byte of a text lies for who reads it. Line and column count from 1, columns in characters.
+pub(super) struct Place<'t> {
+    pub(super) line: usize,
+    pub(super) column: usize,
+    /// The whole line.
+    text: &'t str,
+}
+
+impl<'t> Place<'t> {
+    pub(super) fn of(source: &'t str, at: u32) -> Self {
+        // A mark of the byte order may stand before a text and is no part of it.
+        let text = source.strip_prefix(MARK).unwrap_or(source);
+        let at = at.saturating_sub((source.len() - text.len()) as u32);
+        let before = &text[..text.floor_char_boundary(at as usize)];
+        let start = before.rfind(LINE_ENDS).map_or(0, |end| end + 1);
+        Self {
+            line: line_of(text, at),
+            column: before[start..].chars().count() + 1,
+            text: text[start..].split(LINE_ENDS).next().unwrap_or_default(),
+        }
+    }
+}
+
 impl DcgError {
     /// An error at a byte of a text.
     #[must_use]
     pub(super) fn at(file: &str, source: &str, at: u32, problem: Problem) -> Box<Self> {
-        // A mark of the byte order may stand before a text and is no part of it.
-        let text = source.strip_prefix(MARK).unwrap_or(source);
-        let at = at.saturating_sub((source.len() - text.len()) as u32);
-        let source = text;
-        let before = &source[..source.floor_char_boundary(at as usize)];
-        let start = before.rfind(LINE_ENDS).map_or(0, |end| end + 1);
-        let line = source[start..].split(LINE_ENDS).next().unwrap_or_default();
+        let Place { line, column, text } = Place::of(source, at);
         Box::new(Self {
             file: file.to_owned(),
-            line: line_of(source, at),
-            column: before[start..].chars().count() + 1,
-            text: line.trim_matches(BLANKS).chars().take(MOST_SHOWN).collect(),
+            line,
+            column,
+            text: text.trim_matches(BLANKS).chars().take(MOST_SHOWN).collect(),
             problem,
         })
     }

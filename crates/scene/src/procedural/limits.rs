@@ -14,8 +14,6 @@ pub const MAX_NESTING: u32 = 96;
 pub const MAX_LIST: usize = 1 << 16;
 /// Most lists inside each other in a value.
 pub const MAX_LIST_DEPTH: u32 = 64;
-/// Most numbers that are kept: what parts, materials and files were given, and 8 letters of a name or path for each number.
-pub const MAX_KEPT: u64 = 1 << 22;
 /// Most operators in a row.
 pub const MAX_CHAIN: u32 = 64;
 /// Most corners of a polygon.
@@ -44,6 +42,8 @@ pub struct Limits {
     pub placements: u64,
     /// Different materials.
     pub materials: u64,
+    /// Numbers that are kept: what parts, materials and files were given, and 8 letters of a name or path for each number.
+    pub kept: u64,
 }
 
 impl Default for Limits {
@@ -56,6 +56,7 @@ impl Default for Limits {
             parts: 65_536,
             placements: 1_000_000,
             materials: 4_096,
+            kept: 1 << 22,
         }
     }
 }
@@ -77,12 +78,16 @@ pub struct Usage {
     pub placements: u64,
     /// Materials.
     pub materials: u64,
+    /// Numbers kept.
+    pub kept: u64,
+    /// Files, the first included.
+    pub files: u64,
 }
 
 impl Usage {
     /// Name, taken and allowed, for each limit.
     #[must_use]
-    pub fn of(&self, limits: &Limits) -> [(&'static str, u64, u64); 7] {
+    pub fn of(&self, limits: &Limits) -> [(&'static str, u64, u64); 9] {
         [
             ("levels", self.levels.into(), limits.levels.into()),
             ("nesting", self.nesting.into(), limits.nesting.into()),
@@ -91,6 +96,8 @@ impl Usage {
             ("parts", self.parts, limits.parts),
             ("placements", self.placements, limits.placements),
             ("materials", self.materials, limits.materials),
+            ("numbers kept", self.kept, limits.kept),
+            ("files", self.files, MAX_MODULES as u64),
         ]
     }
 }

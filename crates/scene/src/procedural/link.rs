@@ -1,6 +1,6 @@
 //! What does each name of a file lead to? Imports are read, calls are joined to what they call.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::error::DcgError;
 use super::limits::{MAX_MODULES, reached};
@@ -140,24 +140,35 @@ impl Program {
     }
 
     fn linked(mut self) -> Result<Self, Box<DcgError>> {
-        for module in 0..self.modules.len() {
-            let mut calls = std::mem::take(&mut self.modules[module].calls);
-            for call in &mut calls {
-                let linked = self.link(module, call);
-                let (target, given) = linked.map_err(|(at, problem)| self.modules[module].error(at, problem))?;
+        let calls = self.modules.iter_mut().map(|module| std::mem::take(&mut module.calls));
+        let mut calls: Vec<Vec<Call>> = calls.collect();
+        let names: Vec<Names> = self.modules.iter().map(Names::of).collect();
+        let mut callees = HashMap::new();
+        for (from, calls) in calls.iter_mut().enumerate() {
+            for call in calls {
+                let found = self.target(from, call, &names).and_then(|target| {
+                    let callee = callees
+                        .entry((call.wanted, target.module, target.index))
+                        .or_insert_with(|| Callee::of(self.formals(target, call.wanted)));
+                    Ok((target, callee.given(call)?))
+                });
+                let (target, given) = found.map_err(|(at, problem)| self.modules[from].error(at, problem))?;
                 call.target = target;
                 call.given = given;
             }
-            self.modules[module].calls = calls;
+        }
+        for (module, calls) in self.modules.iter_mut().zip(calls) {
+            module.calls = calls;
         }
         Ok(self)
     }
 
-    fn link(&self, from: usize, call: &Call) -> Result<Linked, (At, Problem)> {
+    /// What a call leads to.
+    fn target(&self, from: usize, call: &Call, names: &[Names]) -> Result<Target, (At, Problem)> {
         let own = &self.modules[from];
-        let import = |alias: &str| own.imports.iter().find(|import| import.alias == alias);
-        let target = match &call.module {
-            None => match (self.index_of(from, call), import(&call.name)) {
+        let import = |alias: &str| names[from].imports.get(alias).map(|index| &own.imports[*index]);
+        Ok(match &call.module {
+            None => match (names[from].index_of(call), import(&call.name)) {
                 (Some(index), _) => Target {
                     module: from,
                     index: Some(index),
@@ -174,7 +185,7 @@ impl Program {
                     let (kind, name, suggestion) = ("imported file", alias.clone(), nearest(alias, aliases));
                     return Err((call.at, Problem::Unknown { kind, name, suggestion }));
                 };
-                match self.index_of(import.module, call) {
+                match names[import.module].index_of(call) {
                     Some(index) => Target {
                         module: import.module,
                         index: Some(index),
@@ -182,9 +193,7 @@ impl Program {
                     None => return Err((call.at, self.unknown(import.module, call))),
                 }
             }
-        };
-        let formals = self.formals(target, call.wanted);
-        Ok((target, given(call, &formals)?))
+        })
     }
 
     /// What a call can give.
@@ -196,12 +205,6 @@ impl Program {
             (Wanted::Function, Some(index)) => module.functions[index].formals.iter().collect(),
             (Wanted::Material, Some(index)) => module.materials[index].formals.iter().collect(),
         }
-    }
-
-    fn index_of(&self, module: usize, call: &Call) -> Option<usize> {
-        self.names(module, call.wanted)
-            .iter()
-            .position(|name| *name == call.name)
     }
 
     fn names(&self, module: usize, wanted: Wanted) -> Vec<&str> {
@@ -266,44 +269,87 @@ impl Program {
     }
 }
 
-/// What a call leads to, and for each formal the argument that it is given.
-type Linked = (Target, Vec<Option<usize>>);
+/// Where the names of a file lead, so that finding one takes as long however many there are.
+struct Names<'m> {
+    rules: HashMap<&'m str, usize>,
+    functions: HashMap<&'m str, usize>,
+    materials: HashMap<&'m str, usize>,
+    imports: HashMap<&'m str, usize>,
+}
 
-/// For each formal the argument that it is given.
-fn given(call: &Call, formals: &[&Formal]) -> Result<Vec<Option<usize>>, (At, Problem)> {
-    let mut given = vec![None; formals.len()];
-    for (i, argument) in call.arguments.iter().enumerate() {
-        let place = match &argument.name {
-            None => i,
-            Some(name) => formals.iter().position(|formal| formal.name == *name).ok_or_else(|| {
-                let known = formals.iter().map(|formal| formal.name.clone());
-                let problem = Problem::UnknownArgument {
-                    name: name.clone(),
-                    callee: call.name.clone(),
-                    suggestion: nearest(name, formals.iter().map(|formal| formal.name.as_str())),
-                    known: known.collect(),
-                };
-                (argument.value.at, problem)
-            })?,
-        };
-        match given.get_mut(place) {
-            None => {
-                let (callee, most) = (call.name.clone(), formals.len());
-                return Err((argument.value.at, Problem::TooManyArguments { callee, most }));
-            }
-            Some(Some(_)) => return Err((argument.value.at, Problem::ArgumentTwice(formals[place].name.clone()))),
-            Some(slot) => *slot = Some(i),
+impl<'m> Names<'m> {
+    fn of(module: &'m Module) -> Self {
+        /// No name is declared twice.
+        fn by_name<'m, T>(items: &'m [T], name: impl Fn(&'m T) -> &'m str) -> HashMap<&'m str, usize> {
+            items.iter().map(name).zip(0..).collect()
+        }
+        Self {
+            rules: by_name(&module.rules, |rule| &rule.name),
+            functions: by_name(&module.functions, |function| &function.name),
+            materials: by_name(&module.materials, |material| &material.name),
+            imports: by_name(&module.imports, |import| &import.alias),
         }
     }
-    let missing = formals
-        .iter()
-        .zip(&given)
-        .find(|(formal, given)| formal.default.is_none() && given.is_none());
-    match missing {
-        None => Ok(given),
-        Some((formal, _)) => {
-            let (callee, name) = (call.name.clone(), formal.name.clone());
-            Err((call.at, Problem::MissingArgument { callee, name }))
+
+    fn index_of(&self, call: &Call) -> Option<usize> {
+        let known = match call.wanted {
+            Wanted::Shape => &self.rules,
+            Wanted::Function => &self.functions,
+            Wanted::Material => &self.materials,
+        };
+        known.get(call.name.as_str()).copied()
+    }
+}
+
+/// What a call can give, made once for all calls of it.
+struct Callee<'m> {
+    formals: Vec<&'m Formal>,
+    places: HashMap<&'m str, usize>,
+    /// Places of those without a default.
+    needed: Vec<usize>,
+}
+
+impl<'m> Callee<'m> {
+    fn of(formals: Vec<&'m Formal>) -> Self {
+        let needed = (0..formals.len()).filter(|place| formals[*place].default.is_none());
+        Self {
+            places: formals.iter().map(|formal| formal.name.as_str()).zip(0..).collect(),
+            needed: needed.collect(),
+            formals,
+        }
+    }
+
+    /// The formals that a call gives, and the argument of each. Takes no longer the more formals there are.
+    fn given(&self, call: &Call) -> Result<Vec<(usize, usize)>, (At, Problem)> {
+        let mut given: BTreeMap<usize, usize> = BTreeMap::new();
+        for (i, argument) in call.arguments.iter().enumerate() {
+            let place = match &argument.name {
+                None => i,
+                Some(name) => *self.places.get(name.as_str()).ok_or_else(|| {
+                    let known = self.formals.iter().map(|formal| formal.name.clone());
+                    let problem = Problem::UnknownArgument {
+                        name: name.clone(),
+                        callee: call.name.clone(),
+                        suggestion: nearest(name, self.formals.iter().map(|formal| formal.name.as_str())),
+                        known: known.collect(),
+                    };
+                    (argument.value.at, problem)
+                })?,
+            };
+            let Some(formal) = self.formals.get(place) else {
+                let (callee, most) = (call.name.clone(), self.formals.len());
+                return Err((argument.value.at, Problem::TooManyArguments { callee, most }));
+            };
+            if given.insert(place, i).is_some() {
+                return Err((argument.value.at, Problem::ArgumentTwice(formal.name.clone())));
+            }
+        }
+        match self.needed.iter().find(|place| !given.contains_key(place)) {
+            None => Ok(given.into_iter().collect()),
+            Some(place) => {
+                let (callee, name) = (call.name.clone(), self.formals[*place].name.clone());
+                Err((call.at, Problem::MissingArgument { callee, name }))
+            }
         }
     }
 }

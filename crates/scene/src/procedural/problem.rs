@@ -43,6 +43,27 @@ pub enum Problem {
     /// What is opened and never closed.
     #[error("this `{0}` has no `{1}`")]
     Unclosed(&'static str, &'static str),
+    /// A declaration in braces.
+    #[error(
+        "declarations stand outside of braces, and the `{{` of line {line}, column {column} is not closed before this one; close it with `}}`"
+    )]
+    DeclarationInside {
+        /// The line of the brace.
+        line: usize,
+        /// Its character in the line.
+        column: usize,
+    },
+    /// A declaration where what stands before wants a statement.
+    #[error("`{0}` begins a declaration, and a statement is wanted here; write one, such as `box(1, 2, 1)`, before it")]
+    DeclarationBehind(String),
+    /// A word that stands further on in what it belongs to.
+    #[error("no statement begins with `{word}`; it stands further on, as in `{usage}`")]
+    Later {
+        /// The word.
+        word: String,
+        /// What it may stand in.
+        usage: &'static str,
+    },
     /// A word with which no statement begins.
     #[error("no statement begins with `{word}`{suggestion}", suggestion = .suggestion.as_ref().map_or_else(
         || format!("; a rule is called with brackets, as in `{word}()`"),

@@ -145,11 +145,29 @@ pub(super) struct Call {
     pub(super) wanted: Wanted,
     /// What it leads to, once linked.
     pub(super) target: Target,
-    /// For each formal the argument that it is given, once linked.
-    pub(super) given: Vec<Option<usize>>,
+    /// The formals that are given, rising, and the argument of each, once linked.
+    pub(super) given: Vec<(usize, usize)>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+impl Call {
+    /// The arguments in the order of the formals that they give, with these.
+    pub(super) fn given(&self) -> impl Iterator<Item = (usize, &Argument)> {
+        self.given
+            .iter()
+            .map(|(formal, argument)| (*formal, &self.arguments[*argument]))
+    }
+
+    /// The formals that no argument gives, with their places.
+    pub(super) fn left<'f>(&self, formals: &'f [Formal]) -> impl Iterator<Item = (usize, &'f Formal)> {
+        let mut given = self.given.iter().map(|(formal, _)| *formal).peekable();
+        formals
+            .iter()
+            .enumerate()
+            .filter(move |(place, _)| given.next_if_eq(place).is_none())
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Wanted {
     Shape,
     Function,

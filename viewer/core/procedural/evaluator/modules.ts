@@ -73,10 +73,11 @@ export abstract class Modules extends Terminals {
     return inner;
   }
 
-  private bindDefaults(inner: Scope, { missing }: Call, formals: readonly Formal[]): void {
-    for (let i = 0; i < missing.length; i += 1) {
-      const slot = missing[i] as number;
-      this.keepSingle(inner, formals[slot]?.initial as Row, inner.base + slot);
+  private bindDefaults(inner: Scope, { slots }: Call, formals: readonly Formal[]): void {
+    let given = 0;
+    for (let slot = 0; slot < formals.length; slot += 1) {
+      if (slots[given] === slot) given += 1;
+      else this.keepSingle(inner, formals[slot]?.initial as Row, inner.base + slot);
     }
   }
 

@@ -61,6 +61,7 @@ export abstract class Parts extends Materials {
     this.growFile(0, this.instance(0, given), 0, this.turtles.first(0));
     this.usage.parts = this.parts.length;
     this.usage.materials = this.materials.length;
+    this.usage.files = this.program.modules.length;
     this.usage.placements = this.account(0).placements;
   }
 

@@ -2,7 +2,7 @@
 import type { Reach } from "../bounds.ts";
 import type { DcgError } from "../error.ts";
 import { type Part, PLAIN, type Surface } from "../grown.ts";
-import { type Amounts, MAX_KEPT, reached } from "../limits.ts";
+import { type Amounts, reached, type Usage } from "../limits.ts";
 import { errorAt, type Program } from "../link.ts";
 import type { Scope } from "../plain/machine.ts";
 import { type Globals, Stack } from "../stack.ts";
@@ -29,10 +29,18 @@ function utf8Length(text: string): number {
 }
 
 export class State {
-  readonly usage: Amounts = { levels: 0, nesting: 0, steps: 0, triangles: 0, parts: 0, placements: 0, materials: 0 };
+  readonly usage: Usage = {
+    levels: 0,
+    nesting: 0,
+    steps: 0,
+    triangles: 0,
+    parts: 0,
+    placements: 0,
+    materials: 0,
+    kept: 0,
+    files: 0,
+  };
   protected nesting = 0;
-  /** See {@link MAX_KEPT}. */
-  private kept = 0;
   protected readonly stack = new Stack();
   protected readonly turtles = new Turtles();
   /** Values of files with their parameters. */
@@ -83,8 +91,9 @@ export class State {
 
   /** Counts what is kept until the end. */
   protected keep(module: number, at: At, numbers: number): void {
-    this.kept += numbers;
-    if (this.kept > MAX_KEPT) throw this.error(module, at, reached("numbers kept", MAX_KEPT));
+    const { limits, usage } = this;
+    usage.kept += numbers;
+    if (usage.kept > limits.kept) throw this.error(module, at, reached("numbers kept", limits.kept));
   }
 
   /** The same of a name. */

@@ -1,22 +1,31 @@
 /** How are words read one after the other? The cursor knows the next word, and which values are in reach. */
-import { expected, Fault, lineOf, reserved, unclosed } from "../error.ts";
+import { declarationBehind, declarationInside, expected, Fault, lineOf, reserved, twice, unclosed } from "../error.ts";
 import { described, type Word } from "../lexer.ts";
 import { MAX_CHAIN, MAX_NESTING, reached } from "../limits.ts";
 import type { At, Module } from "../syntax.ts";
+import { Reach } from "./reach.ts";
 
 /** Words of expressions, which no value can be called. */
 export const OPERATORS = ["if", "then", "else", "and", "or", "not"];
+
+/** Words with which a declaration begins. */
+export const DECLARATIONS = ["import", "parameter", "material", "function", "rule", "part"];
 
 export interface NamedAt {
   readonly name: string;
   readonly at: At;
 }
 
+/** Names, and where each was given. */
+export type Given = Map<string, At>;
+
 export class Cursor {
   private position = 0;
   private nesting = 0;
-  /** Names of the values in reach; their places are their slots. */
-  protected scope: string[] = [];
+  /** Braces that are open. */
+  private readonly open: At[] = [];
+  /** The values in reach. */
+  private scope = new Reach();
   /** Most values that were in reach at once. */
   protected slots = 0;
   /** Calls, loops and random numbers so far in this rule. */
@@ -63,6 +72,42 @@ export class Cursor {
 
   expect(symbol: string): void {
     if (!this.takes(symbol)) throw this.expected(`\`${symbol}\``);
+  }
+
+  /** An opening brace. */
+  protected opens(): void {
+    this.open.push(this.next.at);
+    this.expect("{");
+  }
+
+  /** Whether the brace that was opened last is closed here. */
+  protected closes(): boolean {
+    const found = this.takes("}");
+    if (found) this.open.pop();
+    return found;
+  }
+
+  /** The word of a declaration that begins here, where only something else may. */
+  protected declares(): string | undefined {
+    const { next, afterNext } = this;
+    if (next.kind !== "name" || !DECLARATIONS.includes(next.text)) return undefined;
+    // Values may be called so, and whoever writes brackets means a rule.
+    const isOther = afterNext?.kind === "symbol" && ["(", ".", "="].includes(afterNext.text);
+    return isOther ? undefined : next.text;
+  }
+
+  /** What is wrong where a declaration stands in braces, or behind what a statement belongs to. */
+  protected misplaced(word: string): Fault {
+    const opened = this.open.at(-1);
+    const isInside = opened !== undefined;
+    return new Fault(this.next.at, isInside ? declarationInside(this.module.text, opened) : declarationBehind(word));
+  }
+
+  /** Refuses a name that was given before. */
+  protected give(given: Given, { name, at }: NamedAt): void {
+    const first = given.get(name);
+    if (first !== undefined) throw new Fault(at, twice(name, this.line(first)));
+    given.set(name, at);
   }
 
   expectWord(word: string): void {
@@ -115,27 +160,27 @@ export class Cursor {
 
   /** Brings a value into reach. */
   bind(name: string): number {
-    this.scope.push(name);
+    const slot = this.scope.push(name);
     this.slots = Math.max(this.slots, this.scope.length);
-    return this.scope.length - 1;
+    return slot;
   }
 
-  slotOf(name: string): number {
-    return this.scope.lastIndexOf(name);
+  slotOf(name: string): number | undefined {
+    return this.scope.slotOf(name);
   }
 
   /** Runs `read`, after which what it bound is out of reach. */
   enclosed<T>(read: () => T): T {
     const reach = this.scope.length;
     const result = read();
-    this.scope.length = reach;
+    this.scope.truncate(reach);
     return result;
   }
 
   /** Runs `read` with nothing in reach, and says how many values it needed. */
   framed<T>(read: () => T): [T, number] {
     const { scope, slots, sites } = this;
-    this.scope = [];
+    this.scope = new Reach();
     this.slots = 0;
     this.sites = 0;
     const result = read();

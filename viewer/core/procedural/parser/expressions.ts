@@ -27,6 +27,9 @@ const SUMS: readonly Operator[] = ["+", "-"];
 const PRODUCTS: readonly Operator[] = ["*", "/"];
 
 export class ExpressionParser extends Cursor {
+  /** Names by which files were imported. */
+  protected readonly aliases = new Set<string>();
+
   expression(): Expr {
     const value = this.valueBeforeSign();
     if (this.isSymbol("=")) {
@@ -152,7 +155,7 @@ export class ExpressionParser extends Cursor {
   /** The nearest value of that name: of the rule, else of the file or the language. */
   private variable(name: string, at: At): Expr {
     const slot = this.slotOf(name);
-    if (slot >= 0) return { kind: "local", slot };
+    if (slot !== undefined) return { kind: "local", slot };
     if (name === "detail" || name === "level") return { kind: name };
     this.module.uses.push({ name, at, slot: 0 });
     return { kind: "global", use: this.module.uses.length - 1 };
@@ -177,7 +180,7 @@ export class ExpressionParser extends Cursor {
   /** The rest of a call, from behind its first name on; its place in the table of calls. */
   call(first: string, at: At, wanted: Wanted): number {
     const name = this.takes(".") ? this.name("a name of the imported file").name : undefined;
-    const isImported = name !== undefined && this.module.imports.some(({ alias }) => alias === first);
+    const isImported = name !== undefined && this.aliases.has(first);
     if (wanted === "function" && isImported && !this.isSymbol("(")) throw new Fault(at, valueOfFile(first, name));
     const site = this.site();
     const args = wanted !== "material" || this.isSymbol("(") ? this.args() : [];
@@ -193,7 +196,6 @@ export class ExpressionParser extends Cursor {
       given: [],
       slots: [],
       row: rowOf("values"),
-      missing: [],
     });
     return this.module.calls.length - 1;
   }

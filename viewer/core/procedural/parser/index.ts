@@ -1,19 +1,10 @@
 /** What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body. */
-import {
-  argumentTwice,
-  DcgError,
-  Fault,
-  reserved,
-  THEN_WITHOUT_LEVELS,
-  twice,
-  unknown,
-  unknownProperty,
-} from "../error.ts";
+import { argumentTwice, DcgError, Fault, reserved, THEN_WITHOUT_LEVELS, unknown, unknownProperty } from "../error.ts";
 import { words } from "../lexer.ts";
 import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
 import { type Formal, type Module, PROPERTIES, type Property, rowOf, type Written } from "../syntax.ts";
-import type { NamedAt } from "./cursor.ts";
-import { DECLARATIONS, isReserved, StatementParser } from "./statements.ts";
+import { DECLARATIONS, type Given, type NamedAt } from "./cursor.ts";
+import { isReserved, StatementParser } from "./statements.ts";
 
 /** Reads a file. */
 export function parse(file: string, text: string): Module {
@@ -45,7 +36,7 @@ export function parse(file: string, text: string): Module {
 
 class Parser extends StatementParser {
   /** Declared names and where, to find what is given twice. */
-  private readonly given = new Map<string, number>();
+  private readonly given: Given = new Map();
 
   file(): void {
     for (let word = this.next; word.kind !== "end"; word = this.next) {
@@ -83,11 +74,9 @@ class Parser extends StatementParser {
 
   /** A name for something of the whole file. */
   private declaredValue(what: string): NamedAt {
-    const { name, at } = this.name(what);
-    const first = this.given.get(name);
-    if (first !== undefined) throw new Fault(at, twice(name, this.line(first)));
-    this.given.set(name, at);
-    return { name, at };
+    const named = this.name(what);
+    this.give(this.given, named);
+    return named;
   }
 
   private import(): void {
@@ -96,6 +85,7 @@ class Parser extends StatementParser {
     const path = this.text("the file to import, in quotes").replace(/^(\.\/)+/, "");
     if (!this.takesWord("as")) throw this.expected("`as` and a name for the file");
     const { name: alias } = this.declared("a name for the file");
+    this.aliases.add(alias);
     this.module.imports.push({ alias, at, path, module: 0 });
   }
 
@@ -117,10 +107,10 @@ class Parser extends StatementParser {
     const opened = this.next.at;
     this.expect("(");
     const formals: Formal[] = [];
+    const given: Given = new Map();
     while (!this.takes(")")) {
       const { name, at } = this.name("a name for a parameter");
-      const first = formals.find((formal) => formal.name === name);
-      if (first) throw new Fault(at, twice(name, this.line(first.at)));
+      this.give(given, { name, at });
       const initial = this.takes("=") ? rowOf("values", this.written()) : undefined;
       this.bind(name);
       formals.push(initial ? { name, at, initial } : { name, at });
@@ -134,8 +124,10 @@ class Parser extends StatementParser {
     const [{ formals, properties }, slots] = this.framed(() => {
       const formals = this.isSymbol("(") ? this.formals() : [];
       const properties: [Property, Written][] = [];
-      this.expect("{");
-      while (!this.takes("}")) {
+      this.opens();
+      while (!this.closes()) {
+        const word = this.declares();
+        if (word !== undefined) throw this.misplaced(word);
         const { name, at } = this.name("a property, such as `colour`");
         const property = PROPERTIES.find((known) => known === name);
         if (!property) throw new Fault(at, unknownProperty(name, PROPERTIES));
@@ -196,9 +188,11 @@ class Parser extends StatementParser {
   private resolveUses(): void {
     const { parameters, globals, uses } = this.module;
     const names = [...parameters.map(({ formal }) => formal.name), ...globals.map(({ name }) => name)];
+    const slots = new Map(names.map((name, slot) => [name, slot]));
     for (const use of uses) {
-      use.slot = names.indexOf(use.name);
-      if (use.slot < 0) throw new Fault(use.at, unknown("value", use.name, names));
+      const slot = slots.get(use.name);
+      if (slot === undefined) throw new Fault(use.at, unknown("value", use.name, names));
+      use.slot = slot;
     }
   }
 }

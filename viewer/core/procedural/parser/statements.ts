@@ -4,19 +4,19 @@ import {
   ELSE,
   Fault,
   LET_IN_CHOOSE,
+  later,
   missingNumber,
   noStatement,
   nothingBehind,
   THEN,
   tooManyArguments,
-  twice,
   unclosed,
   unknown,
   withoutLet,
 } from "../error.ts";
 import { type Formals, IMPOSTOR, listsOf, SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
 import { type At, isBuiltIn, rowOf, type Statement, TRANSFORMS, type Transform, type Written } from "../syntax.ts";
-import type { NamedAt } from "./cursor.ts";
+import { DECLARATIONS, type Given } from "./cursor.ts";
 import { ExpressionParser, unnamed } from "./expressions.ts";
 
 const A_STATEMENT = "a statement, such as `box(1, 2, 1)` or a rule with its arguments";
@@ -26,8 +26,17 @@ const STATEMENTS =
   "called choose edges else for heights if impostor let model move paint roll scale scatter tilt turn viewpoint".split(
     " ",
   );
-/** Words with which a declaration begins. */
-export const DECLARATIONS = ["import", "parameter", "material", "function", "rule", "part"];
+/** Words that stand inside of a statement or declaration, with one that has them. */
+const LATER = new Map([
+  ["as", "scatter 60 as x, z in 180 by 180 box(1, 1, 1)"],
+  ["by", "scatter 60 as x, z in 180 by 180 box(1, 1, 1)"],
+  ["from", "parameter height = 8 from 3 to 20"],
+  ["in", "for i in 10 box(1, 1, 1)"],
+  ["levels", "rule branch() levels 4 { … }"],
+  ["steps", "heights x, z in 50 by 50 steps 20 by 20 = 0"],
+  ["to", "parameter height = 8 from 3 to 20"],
+  ["within", "part tree() within [-1, 0, -1] to [1, 3, 1] { … }"],
+]);
 const VALUE_NAME = "a name for the value";
 
 /** Words that nothing else can be called by, since statements and values begin with them. */
@@ -43,6 +52,8 @@ export class StatementParser extends ExpressionParser {
   private anyStatement(): Statement {
     const word = this.next;
     if (this.isSymbol("{")) return this.block();
+    const declaration = this.declares();
+    if (declaration !== undefined) throw this.misplaced(declaration);
     if (word.kind !== "name") throw this.expected(A_STATEMENT);
     const { at } = word;
     this.skip();
@@ -99,8 +110,10 @@ export class StatementParser extends ExpressionParser {
     if (this.isSymbol("(") || this.isSymbol(".")) return { kind: "call", call: this.call(word.text, at, "rule") };
     if (word.text === "else") throw new Fault(at, ELSE);
     if (word.text === "then") throw new Fault(at, THEN);
-    const isNamed = this.isSymbol("=");
-    throw new Fault(at, isNamed ? withoutLet(word.text) : noStatement(word.text, [...STATEMENTS, ...DECLARATIONS]));
+    if (this.isSymbol("=")) throw new Fault(at, withoutLet(word.text));
+    const usage = LATER.get(word.text);
+    if (usage !== undefined) throw new Fault(at, later(word.text, usage));
+    throw new Fault(at, noStatement(word.text, [...STATEMENTS, ...DECLARATIONS]));
   }
 
   private inner(): Statement {
@@ -109,17 +122,18 @@ export class StatementParser extends ExpressionParser {
 
   /** The statement that a word changes. */
   private behind(word: string, at: At): Statement {
-    if (this.next.kind === "end" || this.isSymbol("}")) throw new Fault(at, nothingBehind(word));
+    const isNone = this.next.kind === "end" || this.isSymbol("}") || this.declares() !== undefined;
+    if (isNone) throw new Fault(at, nothingBehind(word));
     return this.inner();
   }
 
   /** Statements in braces; what they bind is out of reach behind them. */
   private statements(): Statement[] {
     const opened = this.next.at;
-    this.expect("{");
+    this.opens();
     return this.enclosed(() => {
       const of: Statement[] = [];
-      while (!this.takes("}")) {
+      while (!this.closes()) {
         if (this.next.kind === "end") throw new Fault(opened, unclosed("{", "}"));
         of.push(this.statement());
       }
@@ -173,25 +187,19 @@ export class StatementParser extends ExpressionParser {
 
   /** Names of values, separated by commas, not yet in reach. */
   private names(): string[] {
-    const names = [this.name(VALUE_NAME)];
-    while (this.takes(",")) {
-      const name = this.name(VALUE_NAME);
-      this.refuseAgain(name, names);
-      names.push(name);
-    }
-    return names.map(({ name }) => name);
-  }
-
-  private refuseAgain({ name, at }: NamedAt, names: readonly NamedAt[]): void {
-    const first = names.find((known) => known.name === name);
-    if (first) throw new Fault(at, twice(name, this.line(first.at)));
+    const given: Given = new Map();
+    do this.give(given, this.name(VALUE_NAME));
+    while (this.takes(","));
+    return [...given.keys()];
   }
 
   private twoNames(): [string, string] {
+    const given: Given = new Map();
     const first = this.name("a name for x");
+    this.give(given, first);
     this.expect(",");
     const second = this.name("a name for z");
-    this.refuseAgain(second, [first]);
+    this.give(given, second);
     return [first.name, second.name];
   }
 

@@ -3,7 +3,7 @@
  * written out where they are called. As `made_plain` in `crates/scene/src/procedural/evaluator/plain.rs`.
  */
 import { MAX_OCTAVES } from "../operation.ts";
-import type { Expr, FunctionRule, Module, Row, Written } from "../syntax.ts";
+import { type Expr, type FunctionRule, type Module, notGiven, type Row, type Written } from "../syntax.ts";
 import * as code from "./code.ts";
 
 /** Thrown at what cannot be computed at one go. */
@@ -350,7 +350,8 @@ export class Compiler {
     const functions = [...reach.functions, rule];
     this.cost.levels = Math.max(this.cost.levels, reach.calls + functions.length);
     const given: number[] = [];
-    const defaults = call.missing.map((slot) => rule.formals[slot]?.initial?.of[0] as Expr);
+    const missing = notGiven(call, rule.formals);
+    const defaults = missing.map((slot) => rule.formals[slot]?.initial?.of[0] as Expr);
     // What is amiss with an argument must not be lost with it.
     const give = (slot: number, expr: Expr, reach: Reach) => {
       const register = this.value(expr, nesting, reach);
@@ -362,7 +363,7 @@ export class Compiler {
     });
     const sites = [...reach.sites, call.site];
     const inner: Reach = { given, hasStack: false, level: undefined, sites, functions, calls: reach.calls };
-    call.missing.forEach((slot, i) => {
+    missing.forEach((slot, i) => {
       give(slot, defaults[i] as Expr, inner);
     });
     return this.value(rule.value.of, nesting, inner, to);

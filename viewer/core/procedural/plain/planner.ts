@@ -4,7 +4,7 @@
  */
 import { FARTHEST, HEIGHT, LEAST_SCALE, LONGEST, MAX_COUNT, MAX_LENGTH, MOVE, RANGES, type Range } from "../ranges.ts";
 import { Faces } from "../solid/flat.ts";
-import type { Expr, Module, Row, Statement } from "../syntax.ts";
+import { type Expr, type Module, notGiven, type Row, type Statement } from "../syntax.ts";
 import { FRAME } from "../turtles.ts";
 import * as code from "./code.ts";
 import { isThere, MOST_STEPS, NOT_PLAIN, outermost, type Reach, within } from "./compiler.ts";
@@ -199,7 +199,7 @@ class Planner extends StagedCompiler {
     for (const [i, slot] of call.slots.entries()) {
       given[slot] = this.kept(call.row.of[i] as Expr, "values", nesting, outer);
     }
-    for (const slot of call.missing) {
+    for (const slot of notGiven(call, rule.formals)) {
       const initial = rule.formals[slot]?.initial as Row;
       const { of, as } = initial;
       given[slot] = this.kept(of[0] as Expr, as, nesting, early);

@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::source::{SourceObject, SourceScene};
 
 /// Adds the models, materials, textures and pictures of `inner`; its objects, which now refer to them and are not placed
-/// yet. Its viewpoints and authored shapes belong to it as a scene and are left out.
+/// yet. Its viewpoints and authored shapes belong to it as a scene and are left out; whoever wants them takes them before.
 pub(super) fn absorb(outer: &mut SourceScene, inner: SourceScene) -> Vec<SourceObject> {
     let (models, materials) = (outer.models.len(), outer.materials.len());
     let (textures, images) = (outer.textures.len(), outer.images.len());

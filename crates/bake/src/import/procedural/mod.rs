@@ -195,8 +195,13 @@ impl<'a> Beside<'a> {
 
     /// Why a file that rules name as `relative` was not read, and which they may have meant; names of such end like that.
     fn told(&self, relative: &str, (path, endings): (&str, &[&str]), cause: &FileError) -> String {
-        if !matches!(cause, FileError::Missing) {
-            return cause.to_string();
+        match cause {
+            FileError::Missing => {}
+            // As a text that is too long says it itself.
+            FileError::TooLarge(limit) if endings.contains(&"dcg") => {
+                return format!("more than {limit} bytes of text; make it smaller");
+            }
+            _ => return cause.to_string(),
         }
         let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
         let names = self.files.names(folder);

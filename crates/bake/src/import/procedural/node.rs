@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 
 use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
 use belvedere_scene::procedural::{Settings, Value};
-use glam::DMat4;
+use glam::{DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 
 use super::absorb::absorb;
 use super::{Ground, growth_limits, planted};
 use crate::defect::Defects;
+use crate::import::document::whole;
+use crate::import::nodes::{NO_DIRECTION, rigid};
+use crate::import::reader::Reader;
 use crate::import::uri::relative_path;
 use crate::import::{ImportError, impostor};
-use crate::source::{Role, SourceObject, SourceScene};
+use crate::source::{Authored, AuthoredShape, Role, SourceObject, SourceScene, SourceViewpoint};
 
 /// Rules that a node names, and where they grow.
 #[derive(Debug)]
@@ -35,31 +38,49 @@ pub(crate) fn wanted(node: &Json) -> Option<&Json> {
 /// Grows what nodes name; equal wishes once.
 #[derive(Default)]
 pub(crate) struct Nursery {
-    known: BTreeMap<String, Vec<SourceObject>>,
+    known: BTreeMap<String, Grove>,
+}
+
+/// What rules grew, as it stands where they stand by themselves.
+#[derive(Default)]
+struct Grove {
+    objects: Vec<SourceObject>,
+    viewpoints: Vec<SourceViewpoint>,
+    authored: Authored,
 }
 
 impl Nursery {
-    /// Adds the objects of a node's rules to the scene.
+    /// Adds what a node's rules grow to the scene: objects, viewpoints, and shapes for the bake.
     pub(crate) fn plant(
         &mut self,
         scene: &mut SourceScene,
         planting: &Planting,
-        (defects, ground): (&mut Defects, Ground),
+        (reader, ground): (&mut Reader, Ground),
     ) -> Result<(), ImportError> {
         let key = planting.wanted.to_string();
+        let Reader { defects, budget, .. } = reader;
+        let linear = DMat3::from_mat4(planting.world_from_node);
+        if linear.determinant() == 0.0 || !linear.inverse().is_finite() {
+            defects.note("rules at a node without volume: not grown", 1, || planting.node.clone());
+            return Ok(());
+        }
         let asked = impostor::of_extras(&planting.wanted, defects, &planting.node);
         if !self.known.contains_key(&key) {
             let grown = grow_wanted(&planting.wanted, &planting.node, ground);
-            let objects = match grown? {
-                Ok((inner, found)) => {
+            let grove = match grown? {
+                Ok((mut inner, found)) => {
                     defects.absorb(found);
-                    absorb(scene, inner)
+                    Grove {
+                        viewpoints: std::mem::take(&mut inner.viewpoints),
+                        authored: std::mem::take(&mut inner.authored),
+                        objects: absorb(scene, inner),
+                    }
                 }
                 Err(kind) => {
                     defects.note(kind, 1, || {
                         format!("{}: {}", planting.node, planting.wanted["procedural"])
                     });
-                    Vec::new()
+                    Grove::default()
                 }
             };
             let asked = asked.map(|asked| asked.wish);
@@ -67,13 +88,18 @@ impl Nursery {
                 let kind = "`frames` at a node of rules: ask for them in the rules; one pose drawn";
                 defects.note(kind, 1, || planting.node.clone());
             }
-            for object in &objects {
+            for object in &grove.objects {
                 let wish = &mut scene.models[object.model].impostor;
                 *wish = impostor::joined(*wish, asked);
             }
-            self.known.insert(key.clone(), objects);
+            self.known.insert(key.clone(), grove);
         }
-        for object in &self.known[&key] {
+        let Grove {
+            objects,
+            viewpoints,
+            authored,
+        } = &self.known[&key];
+        for object in objects {
             if scene.objects.len() >= ground.limits.max_objects {
                 let (place, limit) = (planting.node.clone(), ground.limits.max_objects);
                 return Err(ImportError::TooManyObjects { place, limit });
@@ -88,6 +114,30 @@ impl Nursery {
                 },
                 ..object.clone()
             });
+        }
+        for viewpoint in viewpoints {
+            let name = || planting.node.clone();
+            budget.claim(size_of::<SourceViewpoint>() + viewpoint.name.len(), 1, name)?;
+            match rigid(planting.world_from_node * viewpoint.world_from_camera) {
+                Some(world_from_camera) => scene.viewpoints.push(SourceViewpoint {
+                    name: viewpoint.name.clone(),
+                    world_from_camera,
+                }),
+                None => defects.note(NO_DIRECTION, 1, || format!("{}/{}", planting.node, viewpoint.name)),
+            }
+        }
+        for (shapes, placed) in [
+            (&authored.cells, &mut scene.authored.cells),
+            (&authored.portals, &mut scene.authored.portals),
+            (&authored.occluders, &mut scene.authored.occluders),
+        ] {
+            for shape in shapes {
+                let node = format!("{}/{}", planting.node, shape.node);
+                budget.claim(shape.triangles.len(), size_of::<[DVec3; 3]>(), || node.clone())?;
+                let place = |p: DVec3| planting.world_from_node.transform_point3(p);
+                let triangles = shape.triangles.iter().map(|triangle| triangle.map(place)).collect();
+                placed.push(AuthoredShape { node, triangles });
+            }
         }
         Ok(())
     }
@@ -114,7 +164,7 @@ fn grow_wanted(
         };
         parameters.insert(name.clone(), value);
     }
-    let seed = match wanted.get("seed").map(Json::as_u64) {
+    let seed = match wanted.get("seed").map(whole) {
         None => 0,
         Some(seed) => match seed.and_then(|seed| u32::try_from(seed).ok()) {
             Some(seed) => seed,

@@ -16,8 +16,8 @@ use crate::import::limits::Budget;
 use crate::import::topology::compact;
 use crate::import::{ImportError, Limits};
 use crate::source::{
-    AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceRecipe, SourceScene, SourceViewpoint,
-    Topology,
+    Authored, AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceRecipe, SourceScene,
+    SourceViewpoint, Topology,
 };
 
 /// A glTF file by the name that rules give it.
@@ -74,7 +74,6 @@ pub(super) fn scene_of(
     }
     let mut model_of = vec![None; models.len()];
     let mut imported: BTreeMap<&str, Vec<SourceObject>> = BTreeMap::new();
-    let mut names = Names::default();
     for instance in grown.instances() {
         let part = &grown.parts[instance.part];
         let world_from_part = matrix(&instance);
@@ -94,7 +93,6 @@ pub(super) fn scene_of(
             for object in &imported[path.as_str()] {
                 check_room(&scene, limits, path)?;
                 scene.objects.push(SourceObject {
-                    source_node: names.numbered(&object.source_node),
                     world_from_object: world_from_model * object.world_from_object,
                     ..object.clone()
                 });
@@ -113,7 +111,7 @@ pub(super) fn scene_of(
             let name = || instance.name.to_owned();
             budget.claim(triangles.sum(), size_of::<[DVec3; 3]>(), name)?;
             list.push(AuthoredShape {
-                node: names.numbered(instance.name),
+                node: instance.name.to_owned(),
                 triangles: placed(model, world_from_part),
             });
             continue;
@@ -124,13 +122,21 @@ pub(super) fn scene_of(
             scene.models.len() - 1
         });
         scene.objects.push(SourceObject {
-            source_node: names.numbered(instance.name),
+            source_node: instance.name.to_owned(),
             part: 0,
             model: index,
             world_from_object: world_from_part,
             role: if kind == "door" { Role::Door } else { Role::Ordinary },
         });
     }
+    let Authored {
+        cells,
+        portals,
+        occluders,
+    } = &mut scene.authored;
+    let shapes = cells.iter_mut().chain(portals).chain(occluders);
+    let objects = scene.objects.iter_mut().map(|object| &mut object.source_node);
+    number(objects.chain(shapes.map(|shape| &mut shape.node)).collect());
     Ok(scene)
 }
 
@@ -144,19 +150,45 @@ fn check_room(scene: &SourceScene, limits: &Limits, place: &str) -> Result<(), I
     Ok(())
 }
 
-/// `tree`, `tree 2`, `tree 3` …
-#[derive(Default)]
-struct Names(BTreeMap<String, usize>);
-
-impl Names {
-    fn numbered(&mut self, name: &str) -> String {
-        let count = self.0.entry(name.to_owned()).or_insert(0);
-        *count += 1;
-        if *count == 1 {
-            name.to_owned()
+/// Gives each a name of its own: `tree`, `tree 2`, `tree 3` …; where something is called `tree 2` already, the second tree
+/// takes the first number that no tree has.
+fn number(names: Vec<&mut String>) {
+    /// How many there are of a name, how many of them have been met, and the last number that was given.
+    #[derive(Default)]
+    struct Count {
+        all: usize,
+        met: usize,
+        last: usize,
+    }
+    let mut counts: BTreeMap<String, Count> = BTreeMap::new();
+    for name in &names {
+        if let Some(count) = counts.get_mut(name.as_str()) {
+            count.all += 1;
         } else {
-            format!("{name} {count}")
+            let count = Count {
+                all: 1,
+                ..Count::default()
+            };
+            counts.insert((*name).clone(), count);
         }
+    }
+    for name in names {
+        let Some(count) = counts.get_mut(name.as_str()) else {
+            continue;
+        };
+        count.met += 1;
+        if count.met == 1 {
+            continue;
+        }
+        let (mut number, mut last) = (count.met, count.last.max(count.all));
+        while counts.contains_key(&format!("{name} {number}")) {
+            last += 1;
+            number = last;
+        }
+        if let Some(count) = counts.get_mut(name.as_str()) {
+            count.last = last;
+        }
+        *name = format!("{name} {number}");
     }
 }
 

@@ -10,7 +10,7 @@ use crate::glb::write_whole;
 use crate::import::testing::Gltf;
 use crate::import::{FileError, ImportError, Imported, Limits, SourceFiles, import, import_sown};
 use crate::progress::Silent;
-use crate::source::{Primitive, Role};
+use crate::source::{AuthoredShape, Primitive, Role};
 
 const GATE: &str = "
 parameter height = 2 from 1 to 9
@@ -21,6 +21,8 @@ called \"door:gate\" box(1, 1, 0.1)
 called \"cell:yard\" move(0, 0, 5) box(9, 3, 4)
 move(0, 1.7, 5) viewpoint \"Yard\"
 ";
+
+const GATE_CELL: &str = "called \"cell:yard\" box(1, 1, 1)";
 
 /// Files beside the source.
 struct Beside(BTreeMap<&'static str, Vec<u8>>);
@@ -216,6 +218,105 @@ fn a_gltf_node_grows_what_it_names() {
 }
 
 #[test]
+fn what_rules_draw_for_the_bake_stands_where_their_node_stands() {
+    let drawn = "called \"door:gate\" box(1, 1, 0.1) called \"cell:yard\" box(2, 3, 2)
+        called \"portal:gap\" box(1, 2, 0) called \"occluder:core\" box(1, 1, 1)
+        move(0, 1.7, 5) turn(90) viewpoint \"Yard\"";
+    let mut gltf = Gltf::triangle();
+    gltf.push("cameras", json!({"type": "perspective"}));
+    gltf.push("nodes", json!({"name": "eye", "camera": 0}));
+    let extras = json!({"belvedere": {"procedural": "yard.dcg"}});
+    for (name, x) in [("north", 10.0), ("south", 20.0)] {
+        gltf.push(
+            "nodes",
+            json!({"name": name, "translation": [x, 0, 0], "scale": [2, 2, 2], "extras": extras}),
+        );
+    }
+    gltf.push("nodes", json!({"name": "flat", "scale": [0, 0, 0], "extras": extras}));
+    gltf.push("nodes", json!({"name": "cell:x", "children": [0], "extras": extras}));
+    gltf.json["scenes"][0]["nodes"] = json!([1, 2, 3, 4]);
+    gltf.json["nodes"][1]["mesh"] = json!(0);
+    let files = [("yard.dcg", drawn.into())];
+    let imported = read("scene.glb", gltf.glb(), &files).unwrap();
+    let scene = &imported.scene;
+    assert_eq!(names(&imported), ["eye", "north/door:gate", "south/door:gate"]);
+    let viewpoints = scene.viewpoints.iter();
+    let viewpoints: Vec<_> = viewpoints
+        .map(|viewpoint| {
+            (
+                viewpoint.name.as_str(),
+                viewpoint.world_from_camera.w_axis.truncate().to_array(),
+            )
+        })
+        .collect();
+    assert_eq!(
+        viewpoints,
+        [
+            ("eye", [0.0; 3]),
+            ("Yard", [10.0, 3.4, 10.0]),
+            ("Yard", [20.0, 3.4, 10.0])
+        ]
+    );
+    // A viewpoint has no scale, and looks along −z of its own, turned by 90°.
+    let towards = scene.viewpoints[1].world_from_camera.z_axis;
+    assert!((towards - glam::DVec4::X).length() < 1e-12, "{towards}");
+    let shape = |shapes: &[AuthoredShape]| {
+        let points = shapes[1].triangles.iter().flatten().map(|p| p.to_array());
+        let bounds = belvedere_scene::Bounds::around(points);
+        (shapes[0].node.clone(), shapes[1].node.clone(), bounds.min, bounds.max)
+    };
+    let named = |name: &str| (format!("north/{name}"), format!("south/{name}"));
+    let (north, south) = named("cell:yard");
+    assert_eq!(
+        shape(&scene.authored.cells),
+        (north, south, [18.0, 0.0, -2.0], [22.0, 6.0, 2.0])
+    );
+    let (north, south) = named("portal:gap");
+    assert_eq!(
+        shape(&scene.authored.portals),
+        (north, south, [19.0, 0.0, 0.0], [21.0, 4.0, 0.0])
+    );
+    let (north, south) = named("occluder:core");
+    assert_eq!(
+        shape(&scene.authored.occluders),
+        (north, south, [19.0, 0.0, -1.0], [21.0, 2.0, 1.0])
+    );
+    let defects: Vec<_> = imported.defects.iter().map(|defect| defect.to_string()).collect();
+    assert_eq!(defects, ["1 × rules at a node without volume: not grown (first: flat)"]);
+
+    gltf.json["scenes"][0]["nodes"] = json!([1, 5]);
+    let imported = read("scene.glb", gltf.glb(), &files).unwrap();
+    let kind = "rules at a node that is a cell, a portal or an occluder: not grown";
+    assert_eq!(imported.defects.count(kind), 1);
+}
+
+/// Numbers begin with the number of things of that name, so that names which were given before stay.
+#[test]
+fn each_object_has_a_name_of_its_own() {
+    for (text, wanted) in [
+        (
+            "for i in 3 called \"a\" box(1, 1, 1) called \"a 2\" box(1, 1, 1)",
+            &["a", "a 4", "a 3", "a 2"][..],
+        ),
+        (
+            "called \"a 2\" box(1, 1, 1) called \"a 4\" box(1, 1, 1) for i in 2 called \"a 2\" box(1, 1, 1)
+             for i in 3 called \"a\" box(1, 1, 1)",
+            &["a 2", "a 4", "a 2 2", "a 2 3", "a", "a 5", "a 3"],
+        ),
+    ] {
+        assert_eq!(names(&rules(text, &[]).unwrap()), wanted);
+    }
+    let scene = rules(
+        &format!("box(1, 1, 1) for i in 2 {GATE_CELL} called \"cell:yard 2\" box(1, 1, 1)"),
+        &[],
+    )
+    .unwrap()
+    .scene;
+    let cells: Vec<_> = scene.authored.cells.iter().map(|cell| cell.node.as_str()).collect();
+    assert_eq!(cells, ["cell:yard", "cell:yard 3", "cell:yard 2"]);
+}
+
+#[test]
 fn a_node_that_asks_for_rules_wrongly_is_told() {
     let told = |extras: serde_json::Value| {
         let mut gltf = Gltf::triangle();
@@ -241,6 +342,29 @@ fn a_node_that_asks_for_rules_wrongly_is_told() {
         ["`parameters` that are not an object of names and values: not grown"]
     );
     assert!(told(json!({"procedural": "gate.dcg", "seed": 4_294_967_295_u64})).is_empty());
+    assert_eq!(
+        told(json!({"procedural": "gate.dcg", "sead": 7})),
+        ["member of `extras.belvedere` that is not known, perhaps `seed`: ignored"]
+    );
+}
+
+/// Some exporters know no whole numbers.
+#[test]
+fn a_seed_that_is_written_with_a_point_is_what_it_is() {
+    let grown = |seed: serde_json::Value| {
+        let mut gltf = Gltf::triangle();
+        gltf.push(
+            "nodes",
+            json!({"name": "grows", "extras": {"belvedere": {"procedural": "dice.dcg", "seed": seed}}}),
+        );
+        gltf.json["scenes"][0]["nodes"] = json!([0, 1]);
+        let files = [("dice.dcg", b"box(random(1, 2), 1, 1)".to_vec())];
+        let imported = read("scene.glb", gltf.glb(), &files).unwrap();
+        assert_eq!(imported.defects.iter().count(), 0);
+        imported.scene.models[1].primitives.clone()
+    };
+    assert_eq!(grown(json!(7.0)), grown(json!(7)));
+    assert_ne!(grown(json!(7.0)), grown(json!(8)));
 }
 
 #[test]

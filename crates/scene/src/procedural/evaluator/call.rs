@@ -72,13 +72,11 @@ impl<'p> Evaluator<'p> {
         (formals, slots): (&'p [Formal], u32),
     ) -> Outcome<()> {
         self.stack.resize(inner.base + slots as usize, Value::NONE);
-        for (slot, given) in call.given.iter().enumerate() {
-            if let Some(argument) = given.map(|i| &call.arguments[i]) {
-                self.stack[inner.base + slot] = self.written(scope, &argument.value)?;
-            }
+        for (slot, argument) in call.given() {
+            self.stack[inner.base + slot] = self.written(scope, &argument.value)?;
         }
-        for (slot, (formal, given)) in formals.iter().zip(&call.given).enumerate() {
-            if let (None, Some(default)) = (given, &formal.default) {
+        for (slot, formal) in call.left(formals) {
+            if let Some(default) = &formal.default {
                 self.stack[inner.base + slot] = self.written(inner, default)?;
             }
         }

@@ -30,7 +30,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::affine::Affine;
 use super::error::DcgError;
 use super::grown::{Grown, Part, Surface};
-use super::limits::{FINEST, Limits, MAX_KEPT, Usage, reached};
+use super::limits::{FINEST, Limits, Usage, reached};
 use super::link::Program;
 use super::problem::Problem;
 use super::solid::Tools;
@@ -143,8 +143,6 @@ struct Evaluator<'p> {
     measuring: bool,
     usage: Usage,
     nesting: u32,
-    /// See [`MAX_KEPT`].
-    kept: u64,
     stack: Vec<Value>,
     instances: Vec<ModuleInstance>,
     /// Files with their own defaults.
@@ -179,7 +177,6 @@ impl<'p> Evaluator<'p> {
             measuring,
             usage: Usage::default(),
             nesting: 0,
-            kept: 0,
             stack: Vec::new(),
             instances: Vec::new(),
             default_instances: vec![None; program.modules.len()],
@@ -200,6 +197,7 @@ impl<'p> Evaluator<'p> {
         self.grow_model()?;
         self.usage.parts = self.parts.len() as u64;
         self.usage.materials = self.materials.len() as u64;
+        self.usage.files = self.program.modules.len() as u64;
         self.usage.placements = self.accounts[0].placements;
         Ok(Grown {
             parts: self.parts,
@@ -222,9 +220,10 @@ impl<'p> Evaluator<'p> {
 
     /// Counts what is kept until the end.
     fn keep(&mut self, (module, at): (usize, At), numbers: usize) -> Outcome<()> {
-        self.kept = self.kept.saturating_add(numbers as u64);
-        if self.kept > MAX_KEPT {
-            return self.error(module, at, reached("numbers kept", MAX_KEPT));
+        self.usage.kept = self.usage.kept.saturating_add(numbers as u64);
+        let limit = self.settings.limits.kept;
+        if self.usage.kept > limit {
+            return self.error(module, at, reached("numbers kept", limit));
         }
         Ok(())
     }

@@ -51,17 +51,12 @@ impl<'p> Evaluator<'p> {
     }
 
     pub(super) fn place_file(&mut self, scope: &Scope, turtle: &Turtle, call: &'p Call, depth: u32) -> Outcome<()> {
-        let mut given = Vec::new();
-        for argument in &call.given {
-            given.push(match argument.map(|i| &call.arguments[i]) {
-                Some(argument) => {
-                    let value = self.written(scope, &argument.value)?;
-                    Some((value, Some((scope.module, argument.value.at))))
-                }
-                None => None,
-            });
-        }
         let module = call.target.module;
+        let mut given = vec![None; self.program.modules[module].parameters.len()];
+        for (slot, argument) in call.given() {
+            let value = self.written(scope, &argument.value)?;
+            given[slot] = Some((value, Some((scope.module, argument.value.at))));
+        }
         let (instance, path) = self.instance(module, given, Some((scope.module, call.at)))?;
         let key = vec![2, instance as u64, turtle.material as u64];
         let part = match self.known.get(&key) {

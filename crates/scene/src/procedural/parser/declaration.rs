@@ -1,7 +1,8 @@
 //! What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body.
 
-use super::{Parsed, Parser, unknown};
-use crate::procedural::error::line_of;
+use std::collections::HashMap;
+
+use super::{Declared, Parsed, Parser, unknown};
 use crate::procedural::lexer::Kind;
 use crate::procedural::operation::BuiltIn;
 use crate::procedural::problem::Problem;
@@ -90,12 +91,7 @@ impl<'t> Parser<'t> {
     /// A name for something of the whole file.
     fn declared_value(&mut self, what: &str) -> Parsed<(&'t str, At)> {
         let (name, at) = self.name(what)?;
-        if let Some((_, first)) = self.declared.iter().find(|(known, _)| *known == name) {
-            let first_line = line_of(self.text, *first);
-            let name = name.to_owned();
-            return Err((at, Problem::Twice { name, first_line }));
-        }
-        self.declared.push((name, at));
+        self.declared.add(self.text, (name, at))?;
         Ok((name, at))
     }
 
@@ -108,6 +104,7 @@ impl<'t> Parser<'t> {
             return self.expected("`as` and a name for the file");
         }
         let (alias, _) = self.declared("a name for the file")?;
+        self.aliases.insert(alias);
         let alias = alias.to_owned();
         self.module.imports.push(Import {
             alias,
@@ -156,14 +153,10 @@ impl<'t> Parser<'t> {
     fn formals(&mut self) -> Parsed<Vec<Formal>> {
         let opened = self.peek().at;
         self.expect("(")?;
-        let mut formals: Vec<Formal> = Vec::new();
+        let (mut formals, mut given) = (Vec::new(), Declared::default());
         while !self.takes(")") {
             let (name, at) = self.name("a name for a parameter")?;
-            if let Some(first) = formals.iter().find(|formal| formal.name == name) {
-                let first_line = line_of(self.text, first.at);
-                let name = name.to_owned();
-                return Err((at, Problem::Twice { name, first_line }));
-            }
+            given.add(self.text, (name, at))?;
             let default = if self.takes("=") { Some(self.written()?) } else { None };
             self.bind(name);
             let name = name.to_owned();
@@ -181,9 +174,12 @@ impl<'t> Parser<'t> {
             } else {
                 Vec::new()
             };
-            parser.expect("{")?;
+            parser.opens()?;
             let mut properties = Vec::new();
-            while !parser.takes("}") {
+            while !parser.closes() {
+                if let Some(word) = parser.declares() {
+                    return parser.misplaced(word);
+                }
                 let (name, at) = parser.name("a property, such as `colour`")?;
                 let known = Property::ALL.iter().find(|(known, _)| *known == name);
                 let Some((_, property)) = known else {
@@ -290,9 +286,10 @@ impl<'t> Parser<'t> {
         let names: Vec<&str> = parameters
             .chain(module.globals.iter().map(|global| global.name.as_str()))
             .collect();
+        let slots: HashMap<&str, usize> = names.iter().copied().zip(0..).collect();
         for used in &mut module.uses {
-            match names.iter().position(|name| *name == used.name) {
-                Some(slot) => used.slot = slot,
+            match slots.get(used.name.as_str()) {
+                Some(slot) => used.slot = *slot,
                 None => return Err((used.at, unknown("value", &used.name, names))),
             }
         }

@@ -1,35 +1,30 @@
 //! What is done many times, and where? Loops, populations, edges of polygons and height fields.
 
-use super::{Parsed, Parser};
-use crate::procedural::error::line_of;
+use super::{Declared, Parsed, Parser};
 use crate::procedural::problem::Problem;
 use crate::procedural::syntax::{At, Statement, Written};
 
 impl<'t> Parser<'t> {
     /// Names of values, separated by commas, not yet in reach.
     fn names(&mut self) -> Parsed<Vec<&'t str>> {
-        let mut names = vec![self.name("a name for the value")?];
-        while self.takes(",") {
+        let (mut names, mut given) = (Vec::new(), Declared::default());
+        loop {
             let (name, at) = self.name("a name for the value")?;
-            self.refuse_again((name, at), &names)?;
-            names.push((name, at));
+            given.add(self.text, (name, at))?;
+            names.push(name);
+            if !self.takes(",") {
+                return Ok(names);
+            }
         }
-        Ok(names.into_iter().map(|(name, _)| name).collect())
-    }
-
-    fn refuse_again(&self, (name, at): (&str, At), names: &[(&str, At)]) -> Parsed<()> {
-        let Some((_, first)) = names.iter().find(|(known, _)| *known == name) else {
-            return Ok(());
-        };
-        let (name, first_line) = (name.to_owned(), line_of(self.text, *first));
-        Err((at, Problem::Twice { name, first_line }))
     }
 
     fn two_names(&mut self) -> Parsed<[&'t str; 2]> {
+        let mut given = Declared::default();
         let first = self.name("a name for x")?;
+        given.add(self.text, first)?;
         self.expect(",")?;
         let second = self.name("a name for z")?;
-        self.refuse_again(second, &[first])?;
+        given.add(self.text, second)?;
         Ok([first.0, second.0])
     }
 

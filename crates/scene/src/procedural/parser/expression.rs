@@ -169,8 +169,8 @@ impl Parser<'_> {
 
     /// The nearest value of that name: of the rule, else of the file or the language.
     fn variable(&mut self, name: &str, at: At) -> Expr {
-        if let Some((_, slot)) = self.scope.iter().rev().find(|(known, _)| *known == name) {
-            return Expr::Local(*slot);
+        if let Some(slot) = self.scope.slot_of(name) {
+            return Expr::Local(slot);
         }
         match name {
             "detail" => Expr::Detail,
@@ -212,7 +212,7 @@ impl Parser<'_> {
             (None, first.to_owned())
         };
         let site = self.site();
-        if wanted == Wanted::Function && module.is_some() && !self.is_symbol("(") && self.imports(first) {
+        if wanted == Wanted::Function && module.is_some() && !self.is_symbol("(") && self.aliases.contains(first) {
             let (file, name) = (first.to_owned(), name);
             return Err((at, Problem::ValueOfFile { file, name }));
         }
@@ -229,11 +229,6 @@ impl Parser<'_> {
             given: Vec::new(),
         });
         Ok(self.module.calls.len() - 1)
-    }
-
-    /// Whether a file was imported by this name above.
-    fn imports(&self, name: &str) -> bool {
-        self.module.imports.iter().any(|import| import.alias == name)
     }
 
     fn operator(&mut self, known: &[(&str, Operator)]) -> Option<(Operator, At)> {

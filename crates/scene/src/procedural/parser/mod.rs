@@ -7,14 +7,20 @@
 mod declaration;
 mod enumerator;
 mod expression;
+mod reach;
 mod statement;
 
-use super::error::DcgError;
+use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
+
+use super::error::{DcgError, Place, line_of};
 use super::lexer::{Kind, Token, words};
 use super::limits::{MAX_NESTING, MAX_TEXT_BYTES, reached};
 use super::problem::Problem;
 use super::spelling::nearest;
 use super::syntax::{Argument, At, Module, Written};
+use declaration::DECLARATIONS;
+use reach::Reach;
 
 type Parsed<T> = Result<T, (At, Problem)>;
 
@@ -43,15 +49,19 @@ struct Parser<'t> {
     words: &'t [Token<'t>],
     next: usize,
     module: Module,
-    /// Names of the values in reach, and their slots.
-    scope: Vec<(&'t str, u32)>,
+    /// The values in reach.
+    scope: Reach<'t>,
     /// Most values that were in reach at once.
     slots: u32,
     /// Calls, loops and random numbers so far in this rule.
     sites: u32,
     nesting: u32,
+    /// Braces that are open.
+    open: Vec<At>,
     /// Declared names and where, to find what is given twice.
-    declared: Vec<(&'t str, At)>,
+    declared: Declared<'t>,
+    /// Those by which files were imported.
+    aliases: HashSet<&'t str>,
 }
 
 impl<'t> Parser<'t> {
@@ -61,11 +71,13 @@ impl<'t> Parser<'t> {
             words,
             next: 0,
             module: Module::default(),
-            scope: Vec::new(),
+            scope: Reach::default(),
             slots: 0,
             sites: 0,
             nesting: 0,
-            declared: Vec::new(),
+            open: Vec::new(),
+            declared: Declared::default(),
+            aliases: HashSet::new(),
         }
     }
 
@@ -114,6 +126,44 @@ impl<'t> Parser<'t> {
         } else {
             self.expected(format!("`{symbol}`"))
         }
+    }
+
+    /// An opening brace.
+    fn opens(&mut self) -> Parsed<()> {
+        self.open.push(self.peek().at);
+        self.expect("{")
+    }
+
+    /// Whether the brace that was opened last is closed here.
+    fn closes(&mut self) -> bool {
+        let found = self.takes("}");
+        if found {
+            self.open.pop();
+        }
+        found
+    }
+
+    /// The word of a declaration that begins here, where only something else may.
+    fn declares(&self) -> Option<&'t str> {
+        let Kind::Name(word) = self.peek().kind else {
+            return None;
+        };
+        // Values may be called so, and whoever writes brackets means a rule.
+        let behind = self.words.get(self.next + 1).map(|word| word.kind);
+        let is_other = matches!(behind, Some(Kind::Symbol("(" | "." | "=")));
+        (DECLARATIONS.contains(&word) && !is_other).then_some(word)
+    }
+
+    /// What is wrong where a declaration stands in braces, or behind what a statement belongs to.
+    fn misplaced<T>(&self, word: &str) -> Parsed<T> {
+        let problem = match self.open.last() {
+            Some(opened) => {
+                let Place { line, column, .. } = Place::of(self.text, *opened);
+                Problem::DeclarationInside { line, column }
+            }
+            None => Problem::DeclarationBehind(word.to_owned()),
+        };
+        Err((self.peek().at, problem))
     }
 
     fn expect_word(&mut self, word: &str) -> Parsed<()> {
@@ -184,8 +234,7 @@ impl<'t> Parser<'t> {
 
     /// Brings a value into reach.
     fn bind(&mut self, name: &'t str) -> u32 {
-        let slot = self.scope.len() as u32;
-        self.scope.push((name, slot));
+        let slot = self.scope.push(name);
         self.slots = self.slots.max(slot + 1);
         slot
     }
@@ -231,6 +280,26 @@ impl<'t> Parser<'t> {
             self.separated(opened, ["(", ")"])?;
         }
         Ok(arguments)
+    }
+}
+
+/// Names, and where each was given.
+#[derive(Default)]
+struct Declared<'t>(HashMap<&'t str, At>);
+
+impl<'t> Declared<'t> {
+    /// Refuses a name of this text that was given before.
+    fn add(&mut self, text: &str, (name, at): (&'t str, At)) -> Parsed<()> {
+        match self.0.entry(name) {
+            Entry::Vacant(entry) => {
+                entry.insert(at);
+                Ok(())
+            }
+            Entry::Occupied(first) => {
+                let (name, first_line) = (name.to_owned(), line_of(text, *first.get()));
+                Err((at, Problem::Twice { name, first_line }))
+            }
+        }
     }
 }
 

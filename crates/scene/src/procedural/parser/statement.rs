@@ -9,7 +9,28 @@ use crate::procedural::solid::{Formals, IMPOSTOR, SolidKind};
 use crate::procedural::spelling::nearest;
 use crate::procedural::syntax::{At, Statement, Transform, Wanted, Written};
 
+/// Words that stand inside of a statement or declaration, with one that has them.
+const LATER: [(&str, &str); 8] = [
+    ("as", "scatter 60 as x, z in 180 by 180 box(1, 1, 1)"),
+    ("by", "scatter 60 as x, z in 180 by 180 box(1, 1, 1)"),
+    ("from", "parameter height = 8 from 3 to 20"),
+    ("in", "for i in 10 box(1, 1, 1)"),
+    ("levels", "rule branch() levels 4 { … }"),
+    ("steps", "heights x, z in 50 by 50 steps 20 by 20 = 0"),
+    ("to", "parameter height = 8 from 3 to 20"),
+    ("within", "part tree() within [-1, 0, -1] to [1, 3, 1] { … }"),
+];
 const MATERIAL: &str = "the name of a material, declared as in `material red { colour = #f00 }`";
+
+fn no_statement(word: &str) -> Problem {
+    let later = LATER.into_iter().find(|(later, _)| *later == word);
+    let suggestion = nearest(word, STATEMENTS.into_iter().chain(DECLARATIONS));
+    let word = word.to_owned();
+    match later {
+        Some((_, usage)) => Problem::Later { word, usage },
+        None => Problem::NoStatement { word, suggestion },
+    }
+}
 
 impl<'t> Parser<'t> {
     pub(super) fn statement(&mut self) -> Parsed<Statement> {
@@ -20,6 +41,9 @@ impl<'t> Parser<'t> {
         let token = self.peek();
         if token.kind == Kind::Symbol("{") {
             return self.block();
+        }
+        if let Some(word) = self.declares() {
+            return self.misplaced(word);
         }
         let Kind::Name(word) = token.kind else {
             return self.expected("a statement, such as `box(1, 2, 1)` or a rule with its arguments");
@@ -99,11 +123,7 @@ impl<'t> Parser<'t> {
                 None if word == "else" => Err((token.at, Problem::Else)),
                 None if word == "then" => Err((token.at, Problem::Then)),
                 None if self.is_symbol("=") => Err((token.at, Problem::WithoutLet(word.to_owned()))),
-                None => {
-                    let suggestion = nearest(word, STATEMENTS.into_iter().chain(DECLARATIONS));
-                    let word = word.to_owned();
-                    Err((token.at, Problem::NoStatement { word, suggestion }))
-                }
+                None => Err((token.at, no_statement(word))),
             },
         }
     }
@@ -117,7 +137,7 @@ impl<'t> Parser<'t> {
 
     /// The statement that a word changes.
     fn behind(&mut self, word: &str, at: At) -> Parsed<Box<Statement>> {
-        if matches!(self.peek().kind, Kind::End | Kind::Symbol("}")) {
+        if matches!(self.peek().kind, Kind::End | Kind::Symbol("}")) || self.declares().is_some() {
             return Err((at, Problem::NothingBehind(word.to_owned())));
         }
         self.inner()
@@ -126,10 +146,10 @@ impl<'t> Parser<'t> {
     /// Statements in braces; what they bind is out of reach behind them.
     fn statements(&mut self) -> Parsed<Vec<Statement>> {
         let opened = self.peek().at;
-        self.expect("{")?;
+        self.opens()?;
         let reach = self.scope.len();
         let mut statements = Vec::new();
-        while !self.takes("}") {
+        while !self.closes() {
             if self.peek().kind == Kind::End {
                 return Err((opened, Problem::Unclosed("{", "}")));
             }

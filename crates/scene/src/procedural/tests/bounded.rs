@@ -1,6 +1,7 @@
 //! Where does it end? What is too much is refused, and what is declared holds what it should.
 
-use super::{complaint, grown};
+use super::{complaint, corners, grown, read};
+use crate::procedural::{Limits, Settings, grow};
 
 #[test]
 fn bombs_end_at_their_limits() {
@@ -59,4 +60,67 @@ fn what_is_kept_is_limited() {
     let lines = (0..200).map(|i| format!("\nlet a{i} = [big]")).collect::<String>();
     assert!(complaint(&format!("{list}{lines}")).contains("numbers kept"));
     assert!(complaint(&format!("rule {name}() {{}}")).contains("more than 255 letters in a name"));
+}
+
+#[test]
+fn what_is_kept_is_told_and_no_more_than_that_is_needed() {
+    let text = "material m(n) {} part p(l) { paint m(l[0]) box(1, 1, 1) } let a = [1, 2, 3]
+        for i in 5 p([i, 1]) called \"sixteen letters.\" box(1, 1, 1) viewpoint \"eight le\"";
+    let program = read(text).unwrap();
+    let with = |kept| {
+        let limits = Limits {
+            kept,
+            ..Limits::default()
+        };
+        let settings = Settings {
+            limits,
+            ..Settings::default()
+        };
+        grow(&program, &settings)
+    };
+    let usage = with(1_000).unwrap().usage;
+    // The file and its value, 5 parts with a list of 2 each, 5 materials, 16 and 8 letters.
+    assert_eq!(usage.kept, 2 + 4 + 5 * 3 + 5 * 4 + 2 + 1);
+    assert_eq!(usage.files, 1);
+    assert_eq!(with(usage.kept).unwrap().usage, usage);
+    let said = with(usage.kept - 1).unwrap_err().to_string();
+    assert!(
+        said.contains(&format!("more than {} numbers kept", usage.kept - 1)),
+        "{said}"
+    );
+}
+
+/// However many parameters there are, and however many calls that give few of them.
+#[test]
+fn what_calls_do_not_give_takes_no_room() {
+    let formals: String = (0..1000).map(|i| format!("a{i} = {i}, ")).collect();
+    let calls: String = (0..1000).map(|i| format!("r(a{i} = 2, a0 = 1) ")).collect::<String>();
+    let text = format!(
+        "rule r({formals}) {{}} {}",
+        calls.replace("r(a0 = 2, a0 = 1)", "r() r(5, a999 = 1)")
+    );
+    let program = read(&text).unwrap();
+    let given = program.modules[0].calls.iter().map(|call| call.given.as_slice());
+    let given: Vec<_> = given.collect();
+    assert_eq!(given.len(), 1001);
+    assert_eq!(
+        (given[0], given[1], given[2]),
+        (&[][..], &[(0, 0), (999, 1)][..], &[(0, 1), (1, 0)][..])
+    );
+    assert_eq!(given.iter().map(|given| given.len()).sum::<usize>(), 2000);
+}
+
+#[test]
+fn the_nearest_value_of_a_name_counts_and_is_gone_behind_its_braces() {
+    let widths = |text: &str| {
+        let model = grown(text);
+        let corners = corners(&model).into_iter().flatten();
+        corners.map(|[x, ..]| x).fold(0.0, f32::max)
+    };
+    let text =
+        "rule r(a) { { let a = 2 * a { let a = 2 * a box(a, 1, 1) } box(a, 1, 1) for a in 3 { let b = a } } WIDE }
+        let a = 9 r(3)";
+    assert_eq!(widths(&text.replace("WIDE", "")), 6.0);
+    assert_eq!(widths(&text.replace("WIDE", "box(5 * a, 1, 1)")), 7.5);
+    assert!(complaint(&text.replace("WIDE", "box(b, 1, 1)")).contains("`b` is not a value here"));
 }

@@ -231,10 +231,8 @@ impl<'p> Compiler<'p> {
             return None;
         }
         let mut bound = Vec::new();
-        for (slot, given) in call.given.iter().enumerate() {
-            if let Some(argument) = given.map(|i| &call.arguments[i]) {
-                bound.push((slot as u32, self.value(&argument.value.of)?));
-            }
+        for (slot, argument) in call.given() {
+            bound.push((slot as u32, self.value(&argument.value.of)?));
         }
         let to = self.emitter.path(self.names.path, call.site);
         let inner = Names {
@@ -246,8 +244,8 @@ impl<'p> Compiler<'p> {
         let outer = std::mem::replace(&mut self.names, inner);
         self.calls += 1;
         self.levels = self.levels.max(self.calls);
-        for (slot, (formal, given)) in formals.iter().zip(&call.given).enumerate() {
-            if let (None, Some(default)) = (given, &formal.default) {
+        for (slot, formal) in call.left(formals) {
+            if let Some(default) = &formal.default {
                 let value = self.value(&default.of)?;
                 self.names.bound.push((slot as u32, value));
             }

@@ -150,13 +150,17 @@ impl<'p> Planner<'p> {
                 self.frame = outer;
             }
             Statement::Paint { call, body } => {
-                let call = &self.compiler.program.modules[self.compiler.module].calls[*call];
-                let has_arguments = !call.given.is_empty();
-                if has_arguments || call.module.is_some() {
+                let module = &self.compiler.program.modules[self.compiler.module];
+                let call = &module.calls[*call];
+                if call.module.is_some() {
+                    return None;
+                }
+                let index = call.target.index?;
+                if !module.materials[index].formals.is_empty() {
                     return None;
                 }
                 let paint = Some(self.paints.len());
-                self.paints.push(call.target.index?);
+                self.paints.push(index);
                 let outer = std::mem::replace(&mut self.paint, paint);
                 self.statement(body)?;
                 self.paint = outer;
