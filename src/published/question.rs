@@ -78,6 +78,9 @@ impl Blockers {
         let around = self.region(bounds, planes);
         let relative = |p: &[f64; 3]| (self.frame.enter(DVec3::from(*p)) - self.origin).as_vec3();
         let corners: Vec<_> = hull.points.iter().map(relative).collect();
+        if corners.len() < 4 {
+            return around;
+        }
         let slack_m = SLACK * (around.max - around.min).max_element();
         let is_of_box = |p: &Vec3| {
             let off_m = (*p - around.min).abs().min((*p - around.max).abs());
@@ -86,7 +89,16 @@ impl Blockers {
         if corners.len() == 8 && corners.iter().all(is_of_box) {
             around
         } else {
-            Region::hull(corners)
+            // Rounding to single precision moves a corner by less than one unit in the last place.
+            let reach_m = around.min.abs().max(around.max.abs()).max_element();
+            let thin_m = (around.max - around.min).min_element().max(f32::MIN_POSITIVE);
+            let (middle, grow) = (around.center(), 1.0 + 4.0 * f32::EPSILON * reach_m / thin_m);
+            Region::hull(
+                corners
+                    .into_iter()
+                    .map(|corner| middle + grow * (corner - middle))
+                    .collect(),
+            )
         }
     }
 
@@ -146,7 +158,11 @@ mod tests {
 
     /// A cell that a prism of 3 m over some corners is, in world space.
     fn cell(frame: Frame, corners: &[[f64; 2]]) -> (Bounds, Vec<HalfSpace>, Hull) {
-        let at = |y: f64| corners.iter().map(move |[x, z]| frame.leave(DVec3::new(*x, y, *z)).to_array());
+        let at = |y: f64| {
+            corners
+                .iter()
+                .map(move |[x, z]| frame.leave(DVec3::new(*x, y, *z)).to_array())
+        };
         let points: Vec<_> = at(0.0).chain(at(3.0)).collect();
         let normals = [DVec3::X, DVec3::Z].map(|normal| frame.leave(normal));
         let planes = normals.iter().flat_map(|normal| {

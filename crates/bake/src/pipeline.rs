@@ -14,7 +14,7 @@ use crate::{
     lod::LodSettings,
     memory::{Forgetful, Memory, Recent},
     morton,
-    occluders::{self, Hiders},
+    occluders::Hiders,
     progress::{Cancelled, Progress, Silent, Stage},
     records::{self, BlobSink, Models, SinkError, Written},
     share::share,
@@ -210,10 +210,10 @@ fn how_cut(world: &World, (graph, is_drawn): (&CellGraph, bool), visibility: &Vi
     // What nobody has looked for is not seen less either.
     let seen_less = visibility.mean_seen > 0.0 && visibility.mean_seen < CLEARLY * drawn as f64;
     let is_everything = visibility.cells.iter().all(|cell| cell.objects.len() == drawn);
-    if is_everything && occluders::is_too_wide(world) {
+    if is_everything && world.is_too_wide() {
         format!(
-            "{}, and everything is visible, because in a scene {} across what its objects hide is not known exactly enough: \
-             bring nearer what lies farthest out",
+            "{}, and everything is visible: a scene {} across is too wide to know exactly what hides in it; bring nearer \
+             what lies farthest out",
             graph.reason,
             distance(world.scale_m())
         )
@@ -234,7 +234,8 @@ fn how_cut(world: &World, (graph, is_drawn): (&CellGraph, bool), visibility: &Vi
 fn distance(metres: f32) -> String {
     match metres {
         far if far >= 1e4 => format!("{:.0} km", far / 1e3),
-        near => format!("{near:.2} m"),
+        far if far >= 100.0 => format!("{far:.0} m"),
+        near => format!("{near} m"),
     }
 }
 

@@ -165,11 +165,17 @@ impl World {
         self.scale_m
     }
 
-    /// What is narrower than this hides next to nothing: a thousandth of the diagonal or, where one plain or a far village makes
-    /// that large beside what the scene is of, a tenth of the objects' size.
+    /// What is narrower than this hides next to nothing: a thousandth of the diagonal or, where a plain or a few things far out make
+    /// that large beside what the scene is of, of the width of the rest.
     #[must_use]
     pub fn small_m(&self) -> f32 {
         self.small_m
+    }
+
+    /// Whether the scene is so wide that more than a share of its rest is small: nothing less is known exactly enough.
+    #[must_use]
+    pub fn is_too_wide(&self) -> bool {
+        self.small_m <= LEAST_SMALL * self.scale_m
     }
 
     /// A point in world space, relative to the origin.
@@ -331,22 +337,37 @@ impl World {
     }
 }
 
+/// What is less than this share of the diagonal is always small: what hides is known to a fiftieth of that.
+const LEAST_SMALL: f32 = 1e-4;
+
 /// See [`World::small_m`].
 fn small_m(scale_m: f32, object_bounds: &[Bounds]) -> f32 {
     const SHARE: f32 = 1e-3;
-    /// Of the diagonal of the object than which nine of ten are no larger.
-    const SHARE_OF_OBJECTS: f32 = 0.1;
-    const STEPS: f32 = 4.0;
-    let drawn = object_bounds.iter().filter(|bounds| !bounds.is_empty());
-    let mut sizes_m: Vec<f64> = drawn.map(Bounds::diagonal_m).collect();
-    let ninth = sizes_m.len() * 9 / 10;
-    if sizes_m.is_empty() {
+    /// The scene is far wider than what it is of when it is so many times as wide.
+    const FAR: f64 = 4.0;
+    /// Objects that count as outliers at each end of each axis.
+    const OUTLIERS: f64 = 0.05;
+    const STEPS: f64 = 4.0;
+    let drawn: Vec<&Bounds> = object_bounds.iter().filter(|bounds| !bounds.is_empty()).collect();
+    if drawn.is_empty() {
         return SHARE * scale_m;
     }
-    let objects_m = *sizes_m.select_nth_unstable_by(ninth, f64::total_cmp).1 as f32;
+    let quantile = |mut of: Vec<f64>, share: f64| {
+        let at = ((of.len() - 1) as f64 * share).round() as usize;
+        *of.select_nth_unstable_by(at, f64::total_cmp).1
+    };
+    let spread = |axis: usize| {
+        let middles: Vec<f64> = drawn.iter().map(|bounds| bounds.center()[axis]).collect();
+        quantile(middles.clone(), 1.0 - OUTLIERS) - quantile(middles, OUTLIERS)
+    };
+    let apart_m = [0, 1, 2].map(spread).into_iter().fold(0.0, f64::hypot) / (1.0 - 2.0 * OUTLIERS);
+    let most_m = apart_m + quantile(drawn.iter().map(|bounds| bounds.diagonal_m()).collect(), 0.5);
+    if f64::from(scale_m) <= FAR * most_m {
+        return SHARE * scale_m;
+    }
     // Rounded, so that one object more or less hardly ever changes it.
-    let rounded_m = (STEPS * objects_m.log2()).floor() / STEPS;
-    (SHARE * scale_m).min(SHARE_OF_OBJECTS * rounded_m.exp2())
+    let rounded_m = ((STEPS * most_m.log2()).floor() / STEPS).exp2() as f32;
+    (SHARE * rounded_m).max(LEAST_SMALL * scale_m)
 }
 
 /// What positions are relative to, and what tolerances are shares of: both rounded, so that a house that moves at the

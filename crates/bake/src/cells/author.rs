@@ -37,7 +37,7 @@ const COVERED: f64 = 0.995;
 pub enum AuthorError {
     /// Nothing to stand in.
     #[error(
-        "author's cell `{node}` has no volume, not counting shapes with a position that is not finite: give it a closed \
+        "author's cell `{node}` has no volume (shapes with a position that is not finite are left out): give it a closed \
          convex mesh, or take its mark `cell:` away"
     )]
     NoVolume {

@@ -50,7 +50,8 @@ pub struct Occluders {
 /// what they lie in: a tenth of a millimetre in a museum.
 pub(crate) const HOLE: f32 = 2e-6;
 
-/// Gaps around a closed door up to this share of its longest edge are closed: six centimetres around a common one.
+/// Gaps between a closed door and what stands beside it are closed up to this share of its longest edge: six centimetres around a
+/// common one.
 pub(crate) const DOOR_GAP: f32 = 0.03;
 
 /// A leaf fills its door when the diagonal of the one is at least this share of that of the other.
@@ -90,13 +91,6 @@ fn around(walls: &[Arc<Wall>]) -> [Vec3; 2] {
     boxes.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[min, max], [low, high]| {
         [min.min(low), max.max(high)]
     })
-}
-
-/// Whether bodies are so much smaller than what they lie in that little is left of what is small, because the scene is far wider
-/// than what it is of.
-pub(crate) fn is_too_wide(world: &World) -> bool {
-    const LITTLE: f32 = 0.25;
-    HOLE * world.scale_m() > LITTLE * world.small_m()
 }
 
 /// What counts as coplanar and as no hole in a world.

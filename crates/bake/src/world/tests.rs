@@ -286,3 +286,56 @@ fn only_what_saves_most_is_held_once() {
     }
     assert_eq!(Once::of(&scene, 0).0, [false, true]);
 }
+
+#[test]
+fn a_plain_around_a_city_does_not_make_its_houses_small() {
+    let city = crate::city::City {
+        blocks: [6, 5],
+        ..crate::city::City::DENSE
+    };
+    let with_plain = |half_m: f64| {
+        let mut scene = city.scene();
+        let mut plain = scene.models[0].clone();
+        for (corner, position) in plain.primitives[0].positions.iter_mut().enumerate() {
+            let side = |bit: usize| if corner >> bit & 1 == 0 { -half_m } else { half_m };
+            *position = [side(0) as f32, 0.0, side(2) as f32];
+        }
+        scene.models.push(plain);
+        scene.objects.push(crate::source::SourceObject {
+            model: scene.models.len() - 1,
+            world_from_object: DMat4::IDENTITY,
+            ..scene.objects[0].clone()
+        });
+        World::new(&scene).unwrap()
+    };
+    let alone = World::new(&city.scene()).unwrap();
+    assert_eq!(alone.small_m(), 1e-3 * alone.scale_m());
+    let wide = with_plain(300.0);
+    assert!(wide.scale_m() > 5.0 * alone.scale_m());
+    assert!(
+        wide.small_m() < 1.5 * alone.small_m() && !wide.is_too_wide(),
+        "{} m",
+        wide.small_m()
+    );
+    let too_wide = with_plain(1e6);
+    assert!(
+        too_wide.is_too_wide() && too_wide.small_m() > 100.0,
+        "{} m",
+        too_wide.small_m()
+    );
+}
+
+#[test]
+fn what_is_small_does_not_shrink_with_many_small_things() {
+    let mut scene = crate::city::City::DENSE.scene();
+    let leaf = scene.objects[0].clone();
+    for at in 0..20_000 {
+        let place = DVec3::new(0.05 * f64::from(at), 1.0, 0.03 * f64::from(at));
+        scene.objects.push(crate::source::SourceObject {
+            world_from_object: DMat4::from_translation(place) * DMat4::from_scale(DVec3::splat(1e-3)),
+            ..leaf.clone()
+        });
+    }
+    let world = World::new(&scene).unwrap();
+    assert_eq!(world.small_m(), 1e-3 * world.scale_m());
+}

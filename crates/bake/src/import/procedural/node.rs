@@ -135,7 +135,10 @@ impl Nursery {
                 let node = format!("{}/{}", planting.node, shape.node);
                 budget.claim(shape.triangles.len(), size_of::<[DVec3; 3]>(), || node.clone())?;
                 let place = |p: DVec3| planting.world_from_node.transform_point3(p);
-                let triangles = shape.triangles.iter().map(|triangle| triangle.map(place)).collect();
+                let triangles = shape.triangles.iter().map(|triangle| triangle.map(place));
+                let triangles = triangles
+                    .filter(|triangle| triangle.iter().all(|p| p.is_finite()))
+                    .collect();
                 placed.push(AuthoredShape { node, triangles });
             }
         }

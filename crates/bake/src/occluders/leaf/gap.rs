@@ -10,8 +10,8 @@ use super::{
 };
 use crate::{cells::meets_box, world::World};
 
-/// So many places along a side are looked at.
-const PLACES: usize = 16;
+/// A side is looked at in stretches of this share of the widest gap.
+const STRETCH: f32 = 0.25;
 
 /// How wide a gap may be beside a leaf whose longest edge is this long.
 pub(super) fn most_m(longest_m: f32) -> f32 {
@@ -79,7 +79,9 @@ impl Door {
             };
             opaque.iter().any(|squares| squares[square])
         };
-        let step_m = (along[along.len() - 1] - along[0]) / PLACES as f32;
+        let length_m = along[along.len() - 1] - along[0];
+        let places = (length_m / (STRETCH * gap_m)).ceil().max(1.0) as u32;
+        let step_m = length_m / places as f32;
         // From within the leaf on, so that a frame that it touches is met.
         let outwards = if end == 0 { -0.25 } else { 0.25 };
         let edge = f64::from(lines[axis][if end == 0 { 0 } else { counts[axis] }]);
@@ -90,11 +92,11 @@ impl Door {
             // A door may also lie before its opening.
             let mut half = Vec3::splat(0.5 * (self.depths[1] - self.depths[0]) as f32 + gap_m);
             half[axis] = 0.75 * gap_m;
-            half[1 - axis] = 0.5 * step_m.min(gap_m);
+            half[1 - axis] = 0.5 * step_m;
             let mut faces = self.beside.iter();
             faces.any(|face| meets_box(&face.map(|corner| (corner - middle).as_vec3()), half))
         };
-        let places = (0..PLACES).map(|place| along[0] + (place as f32 + 0.5) * step_m);
+        let places = (0..places).map(|place| along[0] + (place as f32 + 0.5) * step_m);
         let mut opaque = places.filter(|at| is_opaque(*at)).peekable();
         opaque.peek().is_some() && opaque.all(stands_at)
     }

@@ -100,11 +100,17 @@ fn leaves_of(triangles: &[Triangle], beside: &[[Vec3; 3]], tolerance: Tolerance)
 impl Door {
     fn of(triangles: &[Triangle], beside: &[[Vec3; 3]]) -> Self {
         let frame = Frame::of(triangles);
-        let depths = triangles.iter().flat_map(|face| face.corners).map(|corner| frame.place(corner).z);
+        let depths = triangles
+            .iter()
+            .flat_map(|face| face.corners)
+            .map(|corner| frame.place(corner).z);
         let depths = depths.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], depth| {
             [low.min(depth), high.max(depth)]
         });
-        let beside = beside.iter().map(|face| face.map(|corner| frame.place(corner))).collect();
+        let beside = beside
+            .iter()
+            .map(|face| face.map(|corner| frame.place(corner)))
+            .collect();
         let (mut solids, mut sheets) = (Vec::new(), Vec::new());
         for part in parts(triangles) {
             let place = |corner: Vec3| frame.place(corner);

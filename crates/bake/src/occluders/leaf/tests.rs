@@ -11,10 +11,15 @@ const TOLERANCE: Tolerance = Tolerance {
 /// What stands all around a door, a little larger than it.
 fn framing(triangles: &[Triangle]) -> Vec<[Vec3; 3]> {
     let corners = || triangles.iter().flat_map(|triangle| triangle.corners);
-    let (min, max) = (corners().fold(Vec3::INFINITY, Vec3::min), corners().fold(Vec3::NEG_INFINITY, Vec3::max));
+    let (min, max) = (
+        corners().fold(Vec3::INFINITY, Vec3::min),
+        corners().fold(Vec3::NEG_INFINITY, Vec3::max),
+    );
     let middle = 0.5 * (min + max);
     let faces = triangles.iter().map(|triangle| triangle.corners);
-    faces.map(|face| face.map(|corner| middle + 1.03 * (corner - middle))).collect()
+    faces
+        .map(|face| face.map(|corner| middle + 1.03 * (corner - middle)))
+        .collect()
 }
 
 /// The only leaf of a door.
@@ -139,7 +144,19 @@ fn a_gap_is_closed_only_where_something_stands_along_all_of_a_side() {
     let leaf = leaves_of(&triangles, &beside, TOLERANCE).remove(0);
     let hides = |x: f32, y: f32| leaf.opaque_at(Way::Along, leaf.place(Vec3::new(x, y, 1.0)));
     assert!(hides(3.5, 1.0) && hides(2.95, 1.0) && hides(3.5, 2.05) && hides(3.5, -0.05));
-    assert!(hides(3.99, 0.5) && !hides(4.01, 0.5) && !hides(4.01, 1.5), "{:?}", leaf.lines);
+    assert!(
+        hides(3.99, 0.5) && !hides(4.01, 0.5) && !hides(4.01, 1.5),
+        "{:?}",
+        leaf.lines
+    );
+    // Bars let through what is beside the leaf.
+    let bars = (0..20).map(|bar| panel([4.01, 4.03], [0.1 * bar as f32, 0.1 * bar as f32 + 0.05]));
+    let barred = leaves_of(&triangles, &bars.collect::<Vec<_>>().concat(), TOLERANCE).remove(0);
+    assert!(
+        !barred.opaque_at(Way::Along, barred.place(Vec3::new(4.01, 1.0, 1.0))),
+        "{:?}",
+        barred.lines
+    );
     let free = leaves_of(&triangles, &[], TOLERANCE).remove(0);
     let sizes = free.lines.each_ref().map(|lines| lines[lines.len() - 1] - lines[0]);
     assert!((sizes[0] * sizes[1] - 2.0).abs() < 1e-4, "{sizes:?}");
