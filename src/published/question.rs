@@ -8,7 +8,7 @@ use belvedere_bake::{
     visibility::conservative::{ConservativeSettings, Observer, Scenery},
 };
 use belvedere_scene::{Bounds, ObjectId, convex::HalfSpace, record::Hull};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde::Serialize;
 
 /// What hides in one revision.
@@ -76,29 +76,20 @@ impl Blockers {
     pub fn region_of(&self, (bounds, planes): (&Bounds, &[HalfSpace]), hull: &Hull) -> Region {
         const SLACK: f32 = 1e-4;
         let around = self.region(bounds, planes);
-        let relative = |p: &[f64; 3]| (self.frame.enter(DVec3::from(*p)) - self.origin).as_vec3();
-        let corners: Vec<_> = hull.points.iter().map(relative).collect();
-        if corners.len() < 4 {
+        if hull.points.len() < 4 {
             return around;
         }
+        let relative = |p: DVec3| (self.frame.enter(p) - self.origin).as_vec3();
         let slack_m = SLACK * (around.max - around.min).max_element();
-        let is_of_box = |p: &Vec3| {
-            let off_m = (*p - around.min).abs().min((*p - around.max).abs());
+        let is_of_box = |p: &[f64; 3]| {
+            let corner = relative(DVec3::from(*p));
+            let off_m = (corner - around.min).abs().min((corner - around.max).abs());
             off_m.max_element() <= slack_m
         };
-        if corners.len() == 8 && corners.iter().all(is_of_box) {
+        if hull.points.len() == 8 && hull.points.iter().all(is_of_box) {
             around
         } else {
-            // Rounding to single precision moves a corner by less than one unit in the last place.
-            let reach_m = around.min.abs().max(around.max.abs()).max_element();
-            let thin_m = (around.max - around.min).min_element().max(f32::MIN_POSITIVE);
-            let (middle, grow) = (around.center(), 1.0 + 4.0 * f32::EPSILON * reach_m / thin_m);
-            Region::hull(
-                corners
-                    .into_iter()
-                    .map(|corner| middle + grow * (corner - middle))
-                    .collect(),
-            )
+            around.hull_within(planes, &hull.points, relative)
         }
     }
 
@@ -139,6 +130,7 @@ impl Blockers {
 #[cfg(test)]
 mod tests {
     use belvedere_bake::{city::City, world::World};
+    use glam::Vec3;
 
     use super::*;
 

@@ -73,7 +73,7 @@ export class FrameBudget {
     return ended;
   }
 
-  /** Does work of many pieces, of which each stops where the time is used up; others wait for it. */
+  /** Does work of many pieces, of which some are done at a time; what else waits goes in between. */
   async runPieces<T>(work: Pieces<T>): Promise<T> {
     for (;;) {
       const step = await this.run(() => {

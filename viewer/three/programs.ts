@@ -131,7 +131,7 @@ export class Programs {
         const name = `${way.isCut} ${way.isBehindGlass}`;
         if (surface.ways.has(name)) continue;
         if (performance.now() > end_ms) {
-          await new Promise((next) => setTimeout(next));
+          await nextTask();
           end_ms = performance.now() + SLICE_MS;
         }
         this.compile(surface, way);
@@ -311,6 +311,11 @@ function corners(): BufferGeometry {
   const geometry = new BufferGeometry();
   for (const name of ["position", "normal"]) geometry.setAttribute(name, new BufferAttribute(new Float32Array(9), 3));
   return geometry;
+}
+
+/** Goes on in a task of its own. */
+export function nextTask(): Promise<void> {
+  return new Promise((next) => setTimeout(next));
 }
 
 /** Waits until a program is compiled, without asking anything that the browser would have to wait for. */

@@ -21,7 +21,7 @@ import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { Resolution } from "../core/resolution.ts";
 import type { Eye } from "../core/screenerror.ts";
-import { Programs, rarerMeshes, usualMeshes } from "./programs.ts";
+import { nextTask, Programs, rarerMeshes, usualMeshes } from "./programs.ts";
 import { sky } from "./sky.ts";
 import { ViewVolume } from "./viewvolume.ts";
 
@@ -277,10 +277,6 @@ export class Stage {
     generator.dispose();
     room.dispose();
   }
-}
-
-function nextTask(): Promise<void> {
-  return new Promise((next) => setTimeout(next));
 }
 
 /** Whether this browser draws with a graphics card rather than on the processor. */

@@ -51,6 +51,24 @@ pub struct AuthoredShape {
     pub triangles: Vec<[DVec3; 3]>,
 }
 
+impl AuthoredShape {
+    /// Triangles where a map leads them, but for those that are not finite there.
+    pub(crate) fn placed(
+        node: String,
+        triangles: impl IntoIterator<Item = [DVec3; 3]>,
+        world_from_shape: DMat4,
+    ) -> Self {
+        let placed = triangles
+            .into_iter()
+            .map(|triangle| triangle.map(|corner| world_from_shape.transform_point3(corner)));
+        let triangles = placed.filter(|triangle| triangle.iter().all(|corner| corner.is_finite()));
+        Self {
+            node,
+            triangles: triangles.collect(),
+        }
+    }
+}
+
 /// Unique geometry.
 #[derive(Debug, Clone, Default)]
 pub struct SourceModel {
@@ -236,6 +254,11 @@ impl Primitive {
             .0
             .iter()
             .map(|t| t.map(|i| self.positions[i as usize]))
+    }
+
+    /// The same in double precision.
+    pub(crate) fn exact_triangles(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        self.triangles().map(|t| t.map(|p| p.map(f64::from).into()))
     }
 }
 

@@ -31,6 +31,7 @@ mod copies;
 mod flatten;
 mod limits;
 mod mesh;
+mod small;
 #[cfg(test)]
 mod tests;
 mod triangle;
@@ -143,7 +144,7 @@ impl World {
         Ok(Self {
             origin,
             scale_m,
-            small_m: small_m(scale_m, &object_bounds),
+            small_m: small::small_m(scale_m, &object_bounds),
             bounds,
             object_bounds,
             doors,
@@ -175,7 +176,7 @@ impl World {
     /// Whether the scene is so wide that more than a share of its rest is small: nothing less is known exactly enough.
     #[must_use]
     pub fn is_too_wide(&self) -> bool {
-        self.small_m <= LEAST_SMALL * self.scale_m
+        self.small_m <= small::LEAST * self.scale_m
     }
 
     /// A point in world space, relative to the origin.
@@ -335,39 +336,6 @@ impl World {
             }
         });
     }
-}
-
-/// What is less than this share of the diagonal is always small: what hides is known to a fiftieth of that.
-const LEAST_SMALL: f32 = 1e-4;
-
-/// See [`World::small_m`].
-fn small_m(scale_m: f32, object_bounds: &[Bounds]) -> f32 {
-    const SHARE: f32 = 1e-3;
-    /// The scene is far wider than what it is of when it is so many times as wide.
-    const FAR: f64 = 4.0;
-    /// Objects that count as outliers at each end of each axis.
-    const OUTLIERS: f64 = 0.05;
-    const STEPS: f64 = 4.0;
-    let drawn: Vec<&Bounds> = object_bounds.iter().filter(|bounds| !bounds.is_empty()).collect();
-    if drawn.is_empty() {
-        return SHARE * scale_m;
-    }
-    let quantile = |mut of: Vec<f64>, share: f64| {
-        let at = ((of.len() - 1) as f64 * share).round() as usize;
-        *of.select_nth_unstable_by(at, f64::total_cmp).1
-    };
-    let spread = |axis: usize| {
-        let middles: Vec<f64> = drawn.iter().map(|bounds| bounds.center()[axis]).collect();
-        quantile(middles.clone(), 1.0 - OUTLIERS) - quantile(middles, OUTLIERS)
-    };
-    let apart_m = [0, 1, 2].map(spread).into_iter().fold(0.0, f64::hypot) / (1.0 - 2.0 * OUTLIERS);
-    let most_m = apart_m + quantile(drawn.iter().map(|bounds| bounds.diagonal_m()).collect(), 0.5);
-    if f64::from(scale_m) <= FAR * most_m {
-        return SHARE * scale_m;
-    }
-    // Rounded, so that one object more or less hardly ever changes it.
-    let rounded_m = ((STEPS * most_m.log2()).floor() / STEPS).exp2() as f32;
-    (SHARE * rounded_m).max(LEAST_SMALL * scale_m)
 }
 
 /// What positions are relative to, and what tolerances are shares of: both rounded, so that a house that moves at the

@@ -31,6 +31,8 @@ export type Load = (path: string) => string;
 /** A model that was read and found sound: the first file and all that it imports. */
 export interface Program {
   readonly modules: readonly Module[];
+  /** Where the names of each lead. */
+  readonly names: readonly Names[];
 }
 
 /** Reads a file and what it imports. Throws a {@link DcgError}. */
@@ -49,30 +51,32 @@ export function readProgram(file: string, text: string, load: Load): Program {
     }
   }
   refuseCycles(modules);
-  const named = modules.map(namesOf);
-  for (const module of modules) linkCalls(modules, module, named);
-  return { modules };
+  const program = { modules, names: modules.map(namesOf) };
+  for (const index of modules.keys()) linkCalls(program, index);
+  return program;
 }
 
 /** The same program with another first file, which imports only what the one before did. Throws a {@link DcgError}. */
-export function withFirst({ modules: [, ...others] }: Program, file: string, text: string): Program {
+export function withFirst(before: Program, file: string, text: string): Program {
   const first = parse(file, text);
-  const modules = [first, ...others];
+  const modules = [first, ...before.modules.slice(1)];
   for (const item of first.imports) {
     item.module = modules.findIndex((module) => module.file === item.path);
     if (item.module < 1) throw errorAt(first, item.at, `"${item.path}" is not here`);
   }
-  linkCalls(modules, first, modules.map(namesOf));
-  return { modules };
+  const program = { modules, names: [namesOf(first), ...before.names.slice(1)] };
+  linkCalls(program, 0);
+  return program;
 }
 
 /** Finds what each call of a module leads to. */
-function linkCalls(modules: readonly Module[], module: Module, named: readonly Names[]): void {
-  const from = modules.indexOf(module);
+function linkCalls(program: Program, from: number): void {
+  const { modules } = program;
+  const module = modules[from] as Module;
   const callees = new Map<object, Callee>();
   for (const call of module.calls) {
     try {
-      link(modules, from, call, named);
+      link(program, from, call);
       give(call, calleeOf(callees, modules[call.module] as Module, call));
     } catch (error) {
       throw error instanceof Fault ? errorAt(module, error.at, error.problem) : error;
@@ -136,9 +140,9 @@ function namesOf({ rules, functions, materials, imports }: Module): Names {
   };
 }
 
-function link(modules: readonly Module[], from: number, call: Call, named: readonly Names[]): void {
+function link({ modules, names }: Program, from: number, call: Call): void {
   const own = modules[from] as Module;
-  const indexIn = (module: number, kind: keyof Names, name: string) => named[module]?.[kind].get(name) ?? -1;
+  const indexIn = (module: number, kind: keyof Names, name: string) => names[module]?.[kind].get(name) ?? -1;
   const imported = (alias: string) => own.imports[indexIn(from, "import", alias)];
   const { alias } = call;
   if (alias === undefined) {
@@ -160,7 +164,7 @@ function link(modules: readonly Module[], from: number, call: Call, named: reado
   }
 }
 
-/** What a call can give, made once for all calls of it. */
+/** What a call can give, made once for all calls in a file. */
 interface Callee {
   readonly formals: readonly Formal[];
   readonly places: ReadonlyMap<string, number>;

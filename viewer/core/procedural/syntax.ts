@@ -140,8 +140,12 @@ export interface Call {
   row: Row;
 }
 
+const NONE: readonly number[] = [];
+
 /** Places of the formals that a call does not give. */
-export function notGiven({ slots }: Call, formals: readonly Formal[]): number[] {
+export function notGiven({ slots }: Call, formals: readonly Formal[]): readonly number[] {
+  // Most calls give all, and are followed very often.
+  if (slots.length === formals.length) return NONE;
   const left: number[] = [];
   let given = 0;
   for (let place = 0; place < formals.length; place += 1) {

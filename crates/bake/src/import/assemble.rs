@@ -225,14 +225,9 @@ impl<'a> Assembly<'_, 'a> {
         let count: usize = read.iter().map(|r| r.primitive.count()).sum();
         let claimed = size_of::<[[f64; 3]; 3]>();
         self.reader.budget.claim(count, claimed, || node.name.clone())?;
-        let place = |p: [f32; 3]| node.world_from_node.transform_point3(p.map(f64::from).into());
-        let triangles: Vec<_> = read
-            .iter()
-            .flat_map(|r| r.primitive.triangles())
-            .map(|t| t.map(place))
-            .filter(|t| t.iter().all(|p| p.is_finite()))
-            .collect();
-        if triangles.is_empty() {
+        let triangles = read.iter().flat_map(|r| r.primitive.exact_triangles());
+        let shape = AuthoredShape::placed(node.name.clone(), triangles, node.world_from_node);
+        if shape.triangles.is_empty() {
             let defect = "author's cell, portal or occluder without triangles: left out";
             self.reader.defects.note(defect, 1, || node.name.clone());
             return Ok(());
@@ -243,10 +238,7 @@ impl<'a> Assembly<'_, 'a> {
             AuthoredKind::Portal => &mut authored.portals,
             AuthoredKind::Occluder => &mut authored.occluders,
         };
-        list.push(AuthoredShape {
-            node: node.name.clone(),
-            triangles,
-        });
+        list.push(shape);
         Ok(())
     }
 

@@ -64,7 +64,15 @@ fn unknown(meant: Option<&str>) -> &'static str {
 mod tests {
     use serde_json::json;
 
+    use super::*;
     use crate::import::testing::Gltf;
+
+    #[test]
+    fn each_member_that_is_read_can_be_meant() {
+        for name in READ.iter().flat_map(|(_, _, known)| *known) {
+            assert!(unknown(Some(name)).contains(&format!("perhaps `{name}`")), "{name}");
+        }
+    }
 
     #[test]
     fn members_that_are_not_known_are_told_with_what_they_may_mean() {

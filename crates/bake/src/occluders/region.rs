@@ -1,6 +1,9 @@
 //! What do sight lines start from, pass through and end in? Convex regions.
 
-use belvedere_scene::{Bounds, convex::outside_m};
+use belvedere_scene::{
+    Bounds,
+    convex::{HalfSpace, outside_m},
+};
 use glam::{DVec3, Vec3};
 
 use crate::{cells::ViewCell, world::World};
@@ -47,18 +50,24 @@ impl Region {
         if cell.hull.is_none() {
             return around;
         }
-        let center = cell.center();
-        let inside_m = cell
-            .planes()
+        around.hull_within(cell.planes(), &cell.shape().points, |p| world.relative(p.to_array()))
+    }
+
+    /// The hull of corners in world space, which planes there bound too, rounded outwards. This is the box around it, and
+    /// `relative` gives positions as they are in there.
+    #[must_use]
+    pub fn hull_within(&self, planes: &[HalfSpace], corners: &[[f64; 3]], relative: impl Fn(DVec3) -> Vec3) -> Self {
+        let count = corners.len() as f64;
+        let center = [0, 1, 2].map(|axis| corners.iter().map(|p| p[axis]).sum::<f64>() / count);
+        let inside_m = planes
             .iter()
             .map(|half| -outside_m(half, center))
             .fold(f64::INFINITY, f64::min);
         // Rounding to single precision moves a corner by less than one unit in the last place.
-        let reach_m = around.min.abs().max(around.max.abs()).max_element();
+        let reach_m = self.min.abs().max(self.max.abs()).max_element();
         let grow = 1.0 + f64::from(2.0 * f32::EPSILON * reach_m) / inside_m.max(f64::from(f32::MIN_POSITIVE));
-        let grown = |p: [f64; 3]| DVec3::from(center).lerp(p.into(), grow).to_array();
-        let points = cell.shape().points.into_iter();
-        Self::hull(points.map(|p| world.relative(grown(p))).collect())
+        let grown = |p: &[f64; 3]| DVec3::from(center).lerp((*p).into(), grow);
+        Self::hull(corners.iter().map(|p| relative(grown(p))).collect())
     }
 
     /// The hull of points, which are not none.

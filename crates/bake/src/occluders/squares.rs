@@ -87,6 +87,14 @@ pub(super) fn covered<'a>(
         .collect()
 }
 
+/// The number of a square: `at` along an axis, `other` along the other one, where a row has so many.
+pub(super) fn number(columns: usize, axis: usize, [at, other]: [usize; 2]) -> usize {
+    match axis {
+        0 => other * columns + at,
+        _ => at * columns + other,
+    }
+}
+
 /// Takes out lines on both sides of which all squares are alike.
 pub(super) fn join(lines: &mut [Vec<f32>; 2], opaque: &mut [Vec<bool>; 2]) {
     let counts = [lines[0].len() - 1, lines[1].len() - 1];
@@ -94,10 +102,7 @@ pub(super) fn join(lines: &mut [Vec<f32>; 2], opaque: &mut [Vec<bool>; 2]) {
         let differs = |at: &usize| {
             let mut across = (0..counts[1 - axis]).flat_map(|other| opaque.iter().map(move |squares| (squares, other)));
             across.any(|(squares, other)| {
-                let square = |at: usize| match axis {
-                    0 => squares[other * counts[0] + at],
-                    _ => squares[at * counts[0] + other],
-                };
+                let square = |at: usize| squares[number(counts[0], axis, [at, other])];
                 square(*at) != square(*at - 1)
             })
         };
@@ -119,13 +124,13 @@ pub(super) fn trim(lines: &mut [Vec<f32>; 2], opaque: &mut [Vec<bool>; 2], most_
     for axis in 0..2 {
         let counts = [lines[0].len() - 1, lines[1].len() - 1];
         let is_bare = |at: usize| {
-            let square = |other: usize| match axis {
-                0 => other * counts[0] + at,
-                _ => at * counts[0] + other,
-            };
             let ends = lines[1 - axis].windows(2).enumerate();
             let whole_m = lines[1 - axis][counts[1 - axis]] - lines[1 - axis][0];
-            let opaque = ends.filter(|(other, _)| opaque.iter().any(|squares| squares[square(*other)]));
+            let opaque = ends.filter(|(other, _)| {
+                opaque
+                    .iter()
+                    .any(|squares| squares[number(counts[0], axis, [at, *other])])
+            });
             opaque.map(|(_, ends)| ends[1] - ends[0]).sum::<f32>() < 0.5 * whole_m
         };
         let ends = [lines[axis][0] + most_m, lines[axis][counts[axis]] - most_m];

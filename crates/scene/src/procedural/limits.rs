@@ -103,7 +103,8 @@ impl Usage {
 }
 
 /// The error of a limit that was reached.
-pub(super) fn reached(what: &'static str, limit: u64) -> Problem {
+#[must_use]
+pub fn reached(what: &'static str, limit: u64) -> Problem {
     let way_out = match what {
         "brackets and blocks inside each other" => "give a part of it a name, with `let`, `rule` or `function`",
         "operators in a row" => "compute a part of it before, with `let`",

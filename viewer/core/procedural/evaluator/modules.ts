@@ -5,7 +5,7 @@ import { reached } from "../limits.ts";
 import type { Scope } from "../plain/machine.ts";
 import { step } from "../random.ts";
 import { Globals } from "../stack.ts";
-import type { Argument, At, Call, Formal, Parameter, Row } from "../syntax.ts";
+import { type Argument, type At, type Call, type Formal, notGiven, type Parameter, type Row } from "../syntax.ts";
 import { sizeOf, sizesOf, stepValue, type Value } from "../value.ts";
 import { Terminals } from "./terminals.ts";
 
@@ -73,11 +73,9 @@ export abstract class Modules extends Terminals {
     return inner;
   }
 
-  private bindDefaults(inner: Scope, { slots }: Call, formals: readonly Formal[]): void {
-    let given = 0;
-    for (let slot = 0; slot < formals.length; slot += 1) {
-      if (slots[given] === slot) given += 1;
-      else this.keepSingle(inner, formals[slot]?.initial as Row, inner.base + slot);
+  private bindDefaults(inner: Scope, call: Call, formals: readonly Formal[]): void {
+    for (const slot of notGiven(call, formals)) {
+      this.keepSingle(inner, formals[slot]?.initial as Row, inner.base + slot);
     }
   }
 

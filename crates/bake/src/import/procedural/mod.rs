@@ -16,7 +16,7 @@ mod tests;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
+use belvedere_scene::procedural::limits::{MAX_TEXT_BYTES, reached};
 use belvedere_scene::procedural::{
     DcgError, Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow, nearest,
 };
@@ -199,7 +199,7 @@ impl<'a> Beside<'a> {
             FileError::Missing => {}
             // As a text that is too long says it itself.
             FileError::TooLarge(limit) if endings.contains(&"dcg") => {
-                return format!("more than {limit} bytes of text; make it smaller");
+                return reached("bytes of text", *limit).to_string();
             }
             _ => return cause.to_string(),
         }

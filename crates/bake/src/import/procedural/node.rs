@@ -134,12 +134,8 @@ impl Nursery {
             for shape in shapes {
                 let node = format!("{}/{}", planting.node, shape.node);
                 budget.claim(shape.triangles.len(), size_of::<[DVec3; 3]>(), || node.clone())?;
-                let place = |p: DVec3| planting.world_from_node.transform_point3(p);
-                let triangles = shape.triangles.iter().map(|triangle| triangle.map(place));
-                let triangles = triangles
-                    .filter(|triangle| triangle.iter().all(|p| p.is_finite()))
-                    .collect();
-                placed.push(AuthoredShape { node, triangles });
+                let triangles = shape.triangles.iter().copied();
+                placed.push(AuthoredShape::placed(node, triangles, planting.world_from_node));
             }
         }
         Ok(())

@@ -110,10 +110,8 @@ pub(super) fn scene_of(
             let triangles = model.primitives.iter().map(|primitive| primitive.indices.len() / 3);
             let name = || instance.name.to_owned();
             budget.claim(triangles.sum(), size_of::<[DVec3; 3]>(), name)?;
-            list.push(AuthoredShape {
-                node: instance.name.to_owned(),
-                triangles: placed(model, world_from_part),
-            });
+            let triangles = model.primitives.iter().flat_map(Primitive::exact_triangles);
+            list.push(AuthoredShape::placed(name(), triangles, world_from_part));
             continue;
         }
         check_room(&scene, limits, instance.name)?;
@@ -297,14 +295,4 @@ pub(super) fn primitive(mesh: &Mesh, material: Option<usize>) -> Primitive {
         indices,
         ..Primitive::default()
     }
-}
-
-fn placed(model: &SourceModel, world_from_part: DMat4) -> Vec<[DVec3; 3]> {
-    let place = |p: [f32; 3]| world_from_part.transform_point3(p.map(f64::from).into());
-    model
-        .primitives
-        .iter()
-        .flat_map(Primitive::triangles)
-        .map(|t| t.map(place))
-        .collect()
 }

@@ -5,7 +5,7 @@
 use glam::{DVec3, Vec3};
 
 use super::{
-    super::{DOOR_GAP, Tolerance},
+    super::{DOOR_GAP, Tolerance, squares},
     Door,
 };
 use crate::{cells::meets_box, world::World};
@@ -73,10 +73,7 @@ impl Door {
         let border = if end == 0 { 0 } else { counts[axis] - 1 };
         let is_opaque = |at: f32| {
             let other = along[1..].partition_point(|line| *line < at).min(counts[1 - axis] - 1);
-            let square = match axis {
-                0 => other * counts[0] + border,
-                _ => border * counts[0] + other,
-            };
+            let square = squares::number(counts[0], axis, [border, other]);
             opaque.iter().any(|squares| squares[square])
         };
         let length_m = along[along.len() - 1] - along[0];
@@ -85,12 +82,13 @@ impl Door {
         // From within the leaf on, so that a frame that it touches is met.
         let outwards = if end == 0 { -0.25 } else { 0.25 };
         let edge = f64::from(lines[axis][if end == 0 { 0 } else { counts[axis] }]);
+        let [front, back] = self.around.map(|corner| corner.z);
         let stands_at = |at: f32| {
-            let mut middle = DVec3::splat(0.5 * (self.depths[0] + self.depths[1]));
+            let mut middle = DVec3::splat(0.5 * (front + back));
             middle[axis] = edge + outwards * f64::from(gap_m);
             middle[1 - axis] = at.into();
             // A door may also lie before its opening.
-            let mut half = Vec3::splat(0.5 * (self.depths[1] - self.depths[0]) as f32 + gap_m);
+            let mut half = Vec3::splat(0.5 * (back - front) as f32 + gap_m);
             half[axis] = 0.75 * gap_m;
             half[1 - axis] = 0.5 * step_m;
             let mut faces = self.beside.iter();

@@ -55,8 +55,8 @@ struct Door {
     frame: Frame,
     solids: Vec<Solid>,
     sheets: Vec<Sheet>,
-    /// From where to where it reaches along the normal.
-    depths: [f64; 2],
+    /// The box around it: its least and its greatest corner.
+    around: [DVec3; 2],
     /// Faces of other things around it.
     beside: Vec<[DVec3; 3]>,
 }
@@ -92,7 +92,7 @@ fn leaves_of(triangles: &[Triangle], beside: &[[Vec3; 3]], tolerance: Tolerance)
     let door = Door::of(triangles, beside);
     let planes = door.best(door.planes(tolerance));
     if planes.is_empty() {
-        return vec![door.glass(triangles)];
+        return vec![door.glass()];
     }
     planes.iter().map(|plane| door.leaf(plane, tolerance)).collect()
 }
@@ -100,13 +100,12 @@ fn leaves_of(triangles: &[Triangle], beside: &[[Vec3; 3]], tolerance: Tolerance)
 impl Door {
     fn of(triangles: &[Triangle], beside: &[[Vec3; 3]]) -> Self {
         let frame = Frame::of(triangles);
-        let depths = triangles
-            .iter()
-            .flat_map(|face| face.corners)
-            .map(|corner| frame.place(corner).z);
-        let depths = depths.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], depth| {
-            [low.min(depth), high.max(depth)]
-        });
+        let corners = triangles.iter().flat_map(|face| face.corners);
+        let around = corners
+            .map(|corner| frame.place(corner))
+            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[min, max], corner| {
+                [min.min(corner), max.max(corner)]
+            });
         let beside = beside
             .iter()
             .map(|face| face.map(|corner| frame.place(corner)))
@@ -123,7 +122,7 @@ impl Door {
             frame,
             solids,
             sheets,
-            depths,
+            around,
             beside,
         }
     }
@@ -239,15 +238,8 @@ impl Door {
     }
 
     /// The leaf of a door that hides nothing: the rectangle around it.
-    fn glass(&self, triangles: &[Triangle]) -> Wall {
-        let corners = || {
-            triangles
-                .iter()
-                .flat_map(|triangle| triangle.corners)
-                .map(|corner| self.frame.place(corner))
-        };
-        let min = corners().fold(DVec3::INFINITY, DVec3::min);
-        let max = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+    fn glass(&self) -> Wall {
+        let [min, max] = self.around;
         let lines = [[min.x, max.x], [min.y, max.y]].map(|ends| ends.map(|at| at as f32).to_vec());
         let depth = 0.5 * (min.z + max.z);
         let opaque = [vec![false], vec![false]];
