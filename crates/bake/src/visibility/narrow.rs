@@ -98,15 +98,17 @@ pub struct Question {
 }
 
 impl Question {
-    /// Asks about an object, around which `target` is.
-    pub fn new(eye: &Region, (object, target): (u32, &Region), scout: &dyn Scout) -> Self {
-        let surface = scout.surface(object).unwrap_or_else(|| Surface::of_box(target));
-        Self {
+    /// Asks about an object, around which `target` is. `None` when its faces are not known and some eyes are in there:
+    /// these see what it holds and not the box around it.
+    pub fn new(eye: &Region, (object, target): (u32, &Region), scout: &dyn Scout) -> Option<Self> {
+        let from_outside = || (!eye.overlaps(target)).then(|| Surface::of_box(target));
+        let surface = scout.surface(object).or_else(from_outside)?;
+        Some(Self {
             object,
             pairs: VecDeque::from([(eye.clone(), Rc::new(surface))]),
             witnesses: Vec::new(),
             cuts: 0,
-        }
+        })
     }
 
     /// How many pairs of parts were cut.
@@ -218,7 +220,8 @@ mod tests {
         let scenery = Scenery::of(world);
         let mut prover = Prover::new(&scenery.blocker, PROOFS);
         let target = scenery.targets[object as usize].clone().unwrap();
-        Question::new(eye, (object, &target), scout).follow(&mut prover, None, LIMITS, scout)
+        let question = Question::new(eye, (object, &target), scout);
+        question.map_or(Answer::Open, |mut q| q.follow(&mut prover, None, LIMITS, scout))
     }
 
     fn eye(world: &World) -> Region {
@@ -237,6 +240,39 @@ mod tests {
         ));
         assert!(matches!(ask(&world, &eye, BEHIND, &mut Blind), Answer::Hidden(_)));
         assert_eq!(ask(&world, &eye, WALL, &mut Faces(&world)), Answer::Open);
+    }
+
+    #[test]
+    fn a_box_that_nobody_sees_from_outside_says_nothing_of_what_it_holds() {
+        let mut builder = Builder::default();
+        builder.block("west", [-3.2, 0.0, -3.0], [-3.0, 3.0, 3.0]);
+        builder.block("east", [3.0, 0.0, -3.0], [3.2, 3.0, 3.0]);
+        for z in [-3.2, 3.0] {
+            builder.block("side", [-3.2, 0.0, z], [3.2, 3.0, z + 0.2]);
+        }
+        for y in [-0.2, 3.0] {
+            builder.block("slab", [-3.2, y, -3.2], [3.2, y + 0.2, 3.2]);
+        }
+        // One thing in the room, and in two places outside.
+        let mut corners = Vec::new();
+        for x in [-5.0, 1.0, 5.0] {
+            corners.extend([[x, 0.5, 0.0], [x, 0.5, 1.0], [x, 2.5, 1.0]]);
+        }
+        builder.mesh("scattered", corners, (0..9).collect());
+        let world = World::new(&builder.scene).unwrap();
+        let scattered = world.object_bounds().len() as u32 - 1;
+        let [min, max] = [[-2.0, 1.0, -2.0], [-1.0, 2.0, -1.0]].map(|p| world.relative(p));
+        let eye = Region::of_box(min, max);
+        for scout in [&mut Blind as &mut dyn Scout, &mut Faces(&world)] {
+            assert_eq!(ask(&world, &eye, scattered, scout), Answer::Open);
+        }
+        let [min, max] = [[-2.0, 1.0, 5.0], [-1.0, 2.0, 6.0]].map(|p| world.relative(p));
+        let outside = Region::of_box(min, max);
+        assert_eq!(
+            ask(&world, &outside, scattered, &mut Blind),
+            Answer::Open,
+            "the others are seen"
+        );
     }
 
     #[test]

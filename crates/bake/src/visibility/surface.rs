@@ -55,7 +55,7 @@ impl Surface {
         (1..=MOST_FACES).contains(&surface.ends.len()).then_some(surface)
     }
 
-    /// The faces of a box: whoever sees into it sees one of them.
+    /// The faces of a box: whoever sees into it from outside sees one of them.
     #[must_use]
     pub fn of_box(region: &Region) -> Self {
         let mut surface = Self::default();

@@ -1,7 +1,8 @@
 //! Which objects does no proof hide from a part of the region, if it and they are cut into parts?
 //!
 //! In rounds: all are asked about with a few cuts, those of which nobody knows then with more, and so on, as long as the last
-//! round hid enough for its cuts. Most that can be hidden so are hidden by few cuts, and each round costs several times the last.
+//! round hid enough for its cuts, or the next one takes but few. Most that can be hidden so are hidden by few cuts, and each round
+//! costs several times the last.
 
 use super::Observer;
 use crate::{
@@ -10,9 +11,11 @@ use crate::{
 };
 
 /// An object may be cut so often in all, after each round.
-const ROUNDS: [u32; 5] = [4, 16, 64, 128, 256];
-/// There is another round when at least one object was hidden for so many cuts.
+const ROUNDS: [u32; 7] = [4, 16, 64, 128, 256, 512, 1024];
+/// There is another round when at least one object was hidden for so many cuts, …
 const WORTH: u32 = 512;
+/// … or all that are left may be cut with so few: from outside a closed house each takes more than the first rounds allow.
+const FEW: u32 = 1 << 14;
 
 impl Observer<'_> {
     /// Those of these objects that are not hidden.
@@ -20,15 +23,18 @@ impl Observer<'_> {
         if self.settings.cuts == 0 {
             return objects;
         }
-        let scenery = self.scenery;
-        let target = |object: u32| scenery.targets[object as usize].as_ref();
-        let questions = objects.into_iter().filter_map(|object| {
-            let target = target(object)?;
-            Some(Question::new(eye, (object, target), &*scout))
-        });
-        let mut open: Vec<Question> = questions.collect();
+        let mut open: Vec<Question> = Vec::with_capacity(objects.len());
         let mut seen = Vec::new();
-        for most in ROUNDS {
+        for object in objects {
+            let Some(target) = &self.scenery.targets[object as usize] else {
+                continue;
+            };
+            match Question::new(eye, (object, target), &*scout) {
+                Some(question) => open.push(question),
+                None => seen.push(object),
+            }
+        }
+        for (round, most) in ROUNDS.into_iter().enumerate() {
             let (mut hidden, mut cuts, mut left) = (0, 0, open.len() as u32);
             open.retain_mut(|question| {
                 let before = question.cuts();
@@ -42,7 +48,11 @@ impl Observer<'_> {
                 }
                 false
             });
-            if hidden * WORTH < cuts || cuts == 0 {
+            let is_worth_it = hidden * WORTH >= cuts;
+            let takes_few = ROUNDS
+                .get(round + 1)
+                .is_some_and(|next| open.len() as u32 * next <= FEW);
+            if cuts == 0 || !(is_worth_it || takes_few) {
                 break;
             }
         }

@@ -37,7 +37,9 @@ impl Observer<'_> {
             witnesses.extend(open.binary_search(&object).is_err().then_some(Witness::Fused));
         }
         if witnesses.is_empty() && halvings == 0 {
-            let mut question = Question::new(eye, (object, target), &*scout);
+            let Some(mut question) = Question::new(eye, (object, target), &*scout) else {
+                return false;
+            };
             match self.follow(&mut question, u32::MAX, 1, scout) {
                 Answer::Hidden(parts) => witnesses = parts,
                 Answer::Seen | Answer::Open => return false,
