@@ -34,6 +34,7 @@ mod mesh;
 mod small;
 #[cfg(test)]
 mod tests;
+mod tree;
 mod triangle;
 
 pub use cast::Hit;
@@ -44,7 +45,7 @@ pub(crate) use limits::check_placed;
 pub use limits::{MAX_PLACED_TRIANGLES, MAX_REACH_M, MAX_TRIANGLES, MIN_SIZE_M, WorldError};
 use limits::{check_extent, check_reach, check_size};
 use mesh::Mesh;
-pub(crate) use mesh::tree_over;
+pub(crate) use tree::tree_over;
 pub use triangle::Triangle;
 
 /// Beyond so many triangles models that stand in many places are held once.

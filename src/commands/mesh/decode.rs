@@ -100,7 +100,8 @@ fn glb_of(snapshot: Snapshot) -> anyhow::Result<Vec<u8>> {
         textures: &[],
         image_uri: &|_| String::new(),
     };
-    Ok(glb::plain(&glb::write(&input, Lattice::alone(&primitives)).bytes, "")?)
+    // The vertices are where the stream says, not on the coarser lattice of a published level.
+    Ok(glb::plain(&glb::write(&input, Lattice::finest(&primitives)).bytes, "")?)
 }
 
 fn part(snapshot: &Snapshot, material: usize, corners: &[u32]) -> Primitive {

@@ -147,7 +147,8 @@ describe.each(NAMES)("%s", (name) => {
       noise.set(bytes.subarray(0, header?.bytes));
       noise[7] = 0;
       const view = new DataView(noise.buffer);
-      [noise.length, random(5000), random(9000), random(20000)].forEach((n, i) => {
+      const wedges = header?.channels.length ? random(20000) : 0;
+      [noise.length, random(5000), random(9000), wedges].forEach((n, i) => {
         view.setUint32(8 + 4 * i, n, true);
       });
       expectHarmless(noise, noise.length);
@@ -155,9 +156,35 @@ describe.each(NAMES)("%s", (name) => {
   });
 });
 
+it("refuses a header that says what the stream does not", () => {
+  const told = (at: number, change: (view: DataView, at: number) => void) => {
+    const bytes = stream("bowl");
+    const end = readHeader(bytes)?.bytes ?? 0;
+    change(new DataView(bytes.buffer), at < 0 ? end + at : at);
+    return () => decoded(bytes);
+  };
+  const more = (view: DataView, at: number) => view.setUint32(at, view.getUint32(at, true) + 1, true);
+  const less = (view: DataView, at: number) => view.setUint32(at, view.getUint32(at, true) - 1, true);
+  expect(told(0, () => {})).not.toThrow();
+  for (const [change, at] of [
+    [more, 12],
+    [more, 20],
+    [less, 20],
+    [less, -8],
+  ] as const) {
+    expect(told(at, change)).toThrow(SmoothError);
+  }
+  const negated = (view: DataView, at: number) => view.setFloat32(at, -view.getFloat32(at, true), true);
+  expect(told(40, negated)).toThrow("negative step");
+  expect(told(-4, (view, at) => view.setFloat32(at, -1, true))).toThrow("cuts do not rise");
+});
+
 it("refuses what may take more memory than allowed, before it takes any", () => {
   const bytes = stream("bowl");
-  new DataView(bytes.buffer).setUint32(16, 100_000_000, true);
+  const view = new DataView(bytes.buffer);
+  const end = readHeader(bytes)?.bytes ?? 0;
+  // The last cut is all there is.
+  for (const at of [16, end - 8]) view.setUint32(at, 100_000_000, true);
   expect(() => decoded(bytes)).toThrow("bytes of memory");
   const header = readHeader(stream("bowl"));
   expect(header && memoryBytes(header)).toBeLessThan(ENOUGH_BYTES);

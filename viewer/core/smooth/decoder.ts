@@ -90,10 +90,13 @@ export class SmoothDecoder {
       if (isWhole) replay.finish();
       return;
     }
-    const { reader, mesh } = replay;
+    const { reader, mesh, attributes } = replay;
     reader.reach(this.bytes.subarray(header.bytes), stream);
     replay.run(stream, isWhole);
-    const isAll = mesh.vertices === header.vertices && mesh.triangles === header.triangles;
+    const isAll =
+      mesh.vertices === header.vertices &&
+      mesh.triangles === header.triangles &&
+      attributes.values.length === header.wedges * header.stride;
     if (isWhole && !(isAll && reader.isEnd)) damaged("its stream does not end as its header says");
   }
 }

@@ -121,7 +121,7 @@ export function readHeader(bytes: Uint8Array): Header | undefined {
 }
 
 function checked(header: Header): Header {
-  const { cuts, channels } = header;
+  const { channels } = header;
   const floats = [...header.origin, header.step, ...channels.flatMap(({ low, step }) => [...low, ...step])];
   if (header.bits < 1 || header.bits > 16) damaged("its coordinates have no bits or more than 16");
   if (channels.length > 8) damaged("it has more attributes than there can be");
@@ -133,11 +133,21 @@ function checked(header: Header): Header {
   // Whatever a damaged stream does with them stays finite in single precision.
   const sane = (number: number) => Math.abs(number) <= 1e24;
   if (!floats.every(sane)) damaged("its header has a number that is not finite, or too large");
-  const rise = cuts.every(({ bytes, rmsError }, i) => !Number.isNaN(rmsError) && bytes > (cuts[i - 1]?.bytes ?? -1));
-  if (!rise || (cuts.at(-1)?.bytes ?? header.totalBytes) !== header.totalBytes) {
-    damaged("its cuts do not rise to its end");
-  }
+  if (header.step < 0) damaged("its lattice has a negative step");
+  if (channels.length === 0 && header.wedges > 0) damaged("it has wedges without attributes");
+  if (!cutsRise(header)) damaged("its cuts do not rise to its end");
   return header;
+}
+
+/** Whether bytes rise and errors fall from cut to cut, and the last one is all there is. */
+function cutsRise({ cuts, totalBytes, triangles }: Header): boolean {
+  const rise = cuts.every((cut, i) => {
+    const before = cuts[i - 1];
+    if (!before) return true;
+    return before.bytes < cut.bytes && before.triangles <= cut.triangles && before.rmsError >= cut.rmsError;
+  });
+  const last = cuts.at(-1);
+  return rise && (!last || (last.bytes === totalBytes && last.triangles === triangles && last.rmsError >= 0));
 }
 
 /** No sound stream needs more places in its vertices' lists than this. */

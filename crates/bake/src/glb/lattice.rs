@@ -19,6 +19,8 @@ pub const LONGEST_STEP_M: f64 = 1.0 / 1024.0;
 const MOST_STEPS: f64 = 65_534.0;
 /// Rounding adds to the error of a coarser level at most the diagonal of half a step: about 5 % of it.
 const STEPS_AN_ERROR: f64 = 16.0;
+/// The largest whole number of a filtered float: 24 bits, sign included.
+const MOST_MANTISSA: f64 = ((1 << 23) - 1) as f64;
 /// Steps are no smaller or larger than two to the power of this: f32 ends soon after.
 const FURTHEST_EXPONENT: f64 = 100.0;
 
@@ -59,6 +61,15 @@ impl Lattice {
     #[must_use]
     pub fn alone(primitives: &[Primitive]) -> Self {
         Self::of_size(longest_side(primitives), 1.0)
+    }
+
+    /// The finest lattice on which floats of 24 bits, sign included, reach as far as these primitives: no coordinate moves by more than
+    /// 2⁻²³ of the largest.
+    #[must_use]
+    pub fn finest(primitives: &[Primitive]) -> Self {
+        let coordinates = primitives.iter().flat_map(|p| &p.positions).flatten();
+        let furthest = coordinates.fold(0.0f64, |far, x| far.max(f64::from(x.abs())));
+        Self::of_exponent((furthest / MOST_MANTISSA).log2().ceil())
     }
 
     /// The lattices of all models' level 0.
@@ -161,8 +172,7 @@ impl Frame {
 
 /// By how many bits a whole number is too long for the 24 bits, sign included, of a filtered float.
 pub(super) fn excess_bits(furthest: f64) -> f64 {
-    const MOST: f64 = ((1 << 23) - 1) as f64;
-    (furthest / MOST).log2().ceil().max(0.0)
+    (furthest / MOST_MANTISSA).log2().ceil().max(0.0)
 }
 
 fn place(object: &SourceObject) -> (&str, [u64; 16]) {

@@ -10,6 +10,9 @@
 //!   ([`HausdorffLimits`]) or the work is used up. Then the worst upper bound is the answer: it is never too small, and
 //!   less work only makes it looser.
 //!
+//! Coarse levels of flat walls are near to many triangles of the source together and to none alone, so pieces are also judged by
+//! flat patches ([`super::patches`]) and cut at their edges.
+//!
 //! How far vertices moved would be a bound too, but a poor one: along a smooth surface with cells of width h they move
 //! by h, while the surface moves by h²/8r.
 //!
@@ -181,9 +184,21 @@ impl Search {
 
 impl Piece {
     fn judge(&mut self, target: &ShapeTree, enough: f64) {
+        let by_patch = |shape: u32, corners: &Corners| target.patches().bound(shape, corners);
+        if let Some(bound) = self.near.and_then(|shape| by_patch(shape, &self.corners))
+            && bound <= enough
+        {
+            self.bound = bound;
+            return;
+        }
         let near = target.nearest_to_all(&self.corners, self.near, enough);
         self.near = Some(near.shape);
         self.bound = near.distance;
+        if self.bound > enough
+            && let Some(bound) = by_patch(near.shape, &self.corners)
+        {
+            self.bound = self.bound.min(bound);
+        }
     }
 
     fn samples(&self) -> [(DVec3, Option<u32>); 2] {
@@ -191,9 +206,13 @@ impl Piece {
         [((a + b + c) / 3.0, self.near), (a, self.near)]
     }
 
-    /// Parts that cover the piece and have better bounds. When it mostly juts out over an edge of the shape that it is
+    /// Parts that cover the piece and have better bounds. When it lies over the edge of a flat patch, it is cut there; when it mostly juts out over an edge of the shape that it is
     /// near to, what juts out is cut off, and the rest needs no further look; else it is quartered.
     fn parts(&self, target: &ShapeTree) -> Vec<Self> {
+        let at_patch = |shape| target.patches().cut(shape, &self.corners, 0.5 * self.bound);
+        if let Some(sides) = self.near.and_then(at_patch) {
+            return self.cut(sides);
+        }
         let near = self.near.map(|shape| target.shapes[shape as usize]);
         let cut = near.and_then(|[a, b, c]| {
             // Of a piece that reaches over many shapes, each cut would peel off just one.

@@ -23,6 +23,7 @@ pub mod join;
 #[cfg(test)]
 mod method_tests;
 mod octree;
+mod patches;
 pub(crate) mod proximity;
 mod quadric;
 mod reduction;

@@ -3,9 +3,12 @@
 //! A bounding-volume tree over triangles, lines and points in Morton order: a complete binary tree over leaves of four
 //! shapes, so that it is one array without pointers. f64 throughout; distances are in model-space units.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 use crate::lod::octree::morton_order;
+use crate::lod::patches::Patches;
 use crate::source::Primitive;
 
 /// Shapes in a leaf.
@@ -22,6 +25,8 @@ pub(crate) struct ShapeTree {
     /// Node i has the children 2i + 1 and 2i + 2; the last `leaves` nodes are leaves.
     boxes: Vec<(DVec3, DVec3)>,
     leaves: usize,
+    /// Made when they are first asked for.
+    patches: OnceLock<Patches>,
 }
 
 /// A shape and how far it is.
@@ -69,7 +74,13 @@ impl ShapeTree {
             order,
             boxes,
             leaves,
+            patches: OnceLock::new(),
         }
+    }
+
+    /// Its flat patches.
+    pub(super) fn patches(&self) -> &Patches {
+        self.patches.get_or_init(|| Patches::of(&self.shapes, self.diagonal()))
     }
 
     /// Length of the diagonal of the box around everything.

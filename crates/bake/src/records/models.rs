@@ -24,6 +24,9 @@ use crate::{
     source::{SourceModel, SourceObject, SourceScene},
 };
 
+/// A picture of fewer bytes is not worth a level that shows it smaller.
+const LEAST_PICTURE_BYTES: u64 = 4 << 10;
+
 /// The levels of every model, stored; models keep their order.
 pub struct Models<'a> {
     pictures: Pictures<'a>,
@@ -58,15 +61,16 @@ impl<'a> Models<'a> {
             let pictures = pictures.on(model);
             let mut written = Vec::with_capacity(chain.levels.len());
             let mut coarsest_glb = Vec::new();
-            for level in &chain.levels {
-                write_level(
-                    level,
-                    scene,
-                    lattice,
-                    &pictures,
-                    &ledger,
-                    (&mut written, &mut coarsest_glb),
-                )?;
+            let mut write = |level: &LodLevel| {
+                let written = (&mut written, &mut coarsest_glb);
+                write_level(level, scene, lattice, &pictures, &ledger, written)
+            };
+            chain.levels.iter().try_for_each(&mut write)?;
+            // Nobody far away wants the finest pictures of what has no coarser mesh.
+            let mut last = chain.levels.last().cloned();
+            while let Some(level) = last {
+                last = pictures.with_smaller(level, scene);
+                last.as_ref().map_or(Ok(()), &mut write)?;
             }
             progress.advance(cost(model));
             Ok((no_finer_level_worse(written), coarsest_glb))
@@ -180,16 +184,47 @@ struct PicturesOnModel<'a> {
 impl PicturesOnModel<'_> {
     /// The smallest size whose texels are no longer than a level's error; the largest when nobody knows how long they are.
     fn at(&self, image: usize, geometric_error: f64) -> &TextureRef {
-        let (side_px, rungs) = &self.ladders[image];
-        let texel = self
-            .covered
-            .get(&image)
-            .zip(*side_px)
-            .map(|(length, side_px)| length / side_px);
+        &self.ladders[image].1[self.halvings(image, geometric_error)]
+    }
+
+    /// How often it is halved for a level of this error.
+    fn halvings(&self, image: usize, geometric_error: f64) -> usize {
+        let texel = self.texel(image);
         let halvings = texel.map_or(0.0, |texel| (geometric_error / texel).log2().floor());
         // Negative and NaN become 0.
-        &rungs[(halvings as usize).min(rungs.len() - 1)]
+        (halvings as usize).min(self.ladders[image].1.len() - 1)
     }
+
+    /// How long a texel of the largest size is, in model units.
+    fn texel(&self, image: usize) -> Option<f64> {
+        Some(self.covered.get(&image)? / self.ladders[image].0?)
+    }
+
+    /// The same mesh with its largest picture two sizes smaller, at the error from which on that is good enough; `None` where
+    /// that would save next to nothing.
+    fn with_smaller(&self, level: LodLevel, scene: &SourceScene) -> Option<LodLevel> {
+        let used = pictures_of(&level, scene).into_iter();
+        let largest = used.max_by_key(|image| self.at(*image, level.geometric_error).bytes)?;
+        let (halvings, rungs) = (self.halvings(largest, level.geometric_error), &self.ladders[largest].1);
+        if rungs[halvings].bytes < LEAST_PICTURE_BYTES || halvings + 1 == rungs.len() {
+            return None;
+        }
+        let texels = ((halvings + 2) as f64).exp2() * (1.0 + f64::EPSILON);
+        let geometric_error = texels * self.texel(largest)?;
+        (geometric_error > level.geometric_error).then_some(LodLevel {
+            geometric_error,
+            ..level
+        })
+    }
+}
+
+/// The pictures that a level shows.
+fn pictures_of(level: &LodLevel, scene: &SourceScene) -> BTreeSet<usize> {
+    let textures = glb::used_textures(&level.primitives, &scene.materials);
+    textures
+        .into_iter()
+        .map(|texture| scene.textures[texture].image)
+        .collect()
 }
 
 /// Stores a level behind the finer ones, and leaves its GLB in `last_glb`; not one that takes no fewer bytes than the last of
@@ -202,10 +237,6 @@ fn write_level(
     ledger: &Ledger<'_>,
     (finer, last_glb): (&mut Vec<Level>, &mut Vec<u8>),
 ) -> Result<(), SinkError> {
-    let used: BTreeSet<usize> = glb::used_textures(&level.primitives, &scene.materials)
-        .into_iter()
-        .map(|texture| scene.textures[texture].image)
-        .collect();
     let input = glb::GlbInput {
         primitives: &level.primitives,
         materials: &scene.materials,
@@ -213,7 +244,7 @@ fn write_level(
         image_uri: &|image| pictures.at(image, level.geometric_error).url.to_string(),
     };
     let glb = glb::write(&input, lattice.of_error(level.geometric_error));
-    let textures: BTreeSet<_> = used
+    let textures: BTreeSet<_> = pictures_of(level, scene)
         .into_iter()
         .map(|image| pictures.at(image, level.geometric_error).clone())
         .collect();

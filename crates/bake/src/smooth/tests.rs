@@ -309,6 +309,7 @@ fn what_claims_too_much_is_refused_before_memory_is_taken() {
     let bytes = encode(&QuantisedMesh::new(&sheet(3), Precision::default()));
     let (mut header, length) = Header::read(&bytes).unwrap().unwrap();
     header.triangles = 100_000_000;
+    header.cuts.last_mut().unwrap().triangles = header.triangles;
     let mut claims = header.to_bytes();
     assert_eq!(claims.len(), length);
     claims.extend(&bytes[length..]);
@@ -316,6 +317,37 @@ fn what_claims_too_much_is_refused_before_memory_is_taken() {
     assert!(matches!(decoder.push(&claims), Err(SmoothError::Memory { .. })));
     assert_eq!(Decoder::new(1 << 30).push(b"glTF"), Err(SmoothError::NotSmooth));
     assert_eq!(Decoder::new(1 << 30).push(b"SLOD\x01"), Err(SmoothError::Version(1)));
+}
+
+#[test]
+fn a_header_that_says_what_the_stream_does_not_is_refused() {
+    let bytes = encode(&QuantisedMesh::new(&sheet(3), Precision::default()));
+    let bare = encode(&QuantisedMesh::new(&sheet(3), without_attributes()));
+    let told = |bytes: &[u8], change: fn(&mut Header)| {
+        let (mut header, length) = Header::read(bytes).unwrap().unwrap();
+        change(&mut header);
+        let changed = [&header.to_bytes(), &bytes[length..]].concat();
+        Decoder::new(u64::MAX).push(&changed)
+    };
+    assert_eq!(told(&bytes, |_| ()), Ok(()));
+    let changes: [fn(&mut Header); 7] = [
+        |header| header.wedges += 1,
+        |header| header.wedges -= 1,
+        |header| header.vertices += 1,
+        |header| header.step = -header.step,
+        |header| header.cuts.last_mut().unwrap().triangles -= 1,
+        |header| header.cuts.last_mut().unwrap().rms_error = -1.0,
+        |header| header.cuts[0].rms_error = f32::NAN,
+    ];
+    for (i, change) in changes.into_iter().enumerate() {
+        let refused = told(&bytes, change);
+        assert!(
+            matches!(refused, Err(SmoothError::Damaged(_))),
+            "change {i}: {refused:?}"
+        );
+    }
+    let refused = told(&bare, |header| header.wedges = 1);
+    assert_eq!(refused, Err(SmoothError::Damaged("it has wedges without attributes")));
 }
 
 #[test]

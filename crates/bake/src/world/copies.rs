@@ -14,7 +14,8 @@ use obvhs::{
 use super::{
     cast::Facet,
     flatten::{self, Placing},
-    mesh::{self, Mesh, padded, tree_over},
+    mesh::{self, Mesh, padded},
+    tree::tree_over,
 };
 use crate::source::{SourceModel, SourceObject, SourceScene};
 

@@ -3,13 +3,12 @@
 
 use glam::Vec3A;
 use obvhs::{
-    BvhBuildParams,
     aabb::Aabb,
-    bvh2::{Bvh2, builder::build_bvh2},
+    bvh2::Bvh2,
     ray::{Ray, RayHit},
 };
 
-use super::{SEAM, cast::Facet, triangle::Triangle};
+use super::{SEAM, cast::Facet, tree_over, triangle::Triangle};
 
 /// Triangles, and a tree over them.
 pub(super) struct Mesh {
@@ -34,15 +33,6 @@ pub(super) fn padded(mut bounds: Aabb) -> Aabb {
 /// The box around a triangle.
 pub(super) fn padded_box(triangle: &Triangle) -> Aabb {
     padded(Aabb::from_points(&triangle.corners.map(Vec3A::from)))
-}
-
-/// A tree over boxes; empty for none.
-pub(crate) fn tree_over(boxes: &[Aabb]) -> Bvh2 {
-    if boxes.is_empty() {
-        Bvh2::default()
-    } else {
-        build_bvh2(boxes, BvhBuildParams::medium_build(), &mut Default::default())
-    }
 }
 
 /// Calls with what those leaves of a tree hold that meet a box.

@@ -143,7 +143,8 @@ impl Begun {
         self.place = Some(place);
         if is_whole {
             let is_all = replay.mesh.points.len() == self.header.vertices as usize
-                && replay.mesh.triangles.len() == self.header.triangles as usize;
+                && replay.mesh.triangles.len() == self.header.triangles as usize
+                && replay.attributes.values().len() == self.header.wedges as usize * self.header.stride();
             if !is_all || !place.is_end() || reader.left() > 0 {
                 return Err(SmoothError::Damaged("its stream does not end as its header says"));
             }

@@ -207,15 +207,27 @@ impl Header {
             "it has more vertices or triangles than there can be"
         } else if numbers.chain(channels).any(|x| !x.is_finite() || x.abs() > MOST_NUMBER) {
             "its header has a number that is not finite, or too large"
-        } else if self.cuts.windows(2).any(|pair| pair[0].bytes >= pair[1].bytes)
-            || self.cuts.last().is_some_and(|last| last.bytes != self.total_bytes)
-            || self.cuts.iter().any(|cut| cut.rms_error.is_nan())
-        {
+        } else if self.step < 0.0 {
+            "its lattice has a negative step"
+        } else if self.channels.is_empty() && self.wedges > 0 {
+            "it has wedges without attributes"
+        } else if !self.cuts_rise() {
             "its cuts do not rise to its end"
         } else {
             return Ok(self);
         };
         Err(SmoothError::Damaged(fault))
+    }
+
+    /// Whether bytes rise and errors fall from cut to cut, and the last one is all there is.
+    fn cuts_rise(&self) -> bool {
+        let rise = |pair: &[Cut]| {
+            let [a, b] = [&pair[0], &pair[1]];
+            a.bytes < b.bytes && a.triangles <= b.triangles && a.rms_error >= b.rms_error
+        };
+        let ends =
+            |last: &Cut| last.bytes == self.total_bytes && last.triangles == self.triangles && last.rms_error >= 0.0;
+        self.cuts.windows(2).all(rise) && self.cuts.last().is_none_or(ends)
     }
 
     /// Numbers of a wedge.

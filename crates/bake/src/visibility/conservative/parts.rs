@@ -15,7 +15,7 @@ const ROUNDS: [u32; 7] = [4, 16, 64, 128, 256, 512, 1024];
 /// There is another round when at least one object was hidden for so many cuts, …
 const WORTH: u32 = 512;
 /// … or all that are left may be cut with so few: from outside a closed house each takes more than the first rounds allow.
-const FEW: u32 = 1 << 14;
+const FEW: u32 = 1 << 13;
 
 impl Observer<'_> {
     /// Those of these objects that are not hidden.

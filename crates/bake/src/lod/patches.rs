@@ -1,0 +1,449 @@
+//! Which triangles together are one flat patch, and does a piece of another surface lie over it?
+//!
+//! No single triangle of a finely divided wall is near to all of a coarse one, though the wall as a whole is. So triangles that
+//! hang together by their edges and lie in one plane, but for [`FLAT`] of the diagonal, count as one *patch*. Only the edges
+//! that its triangles do not share bound it, each once for every triangle that has it more often in one direction than in the
+//! other. Seen along the normal, a patch covers every point around which these edges wind; how often they do changes nowhere
+//! but on them. So a piece that none of them meets is covered all over if one of its points is.
+//!
+//! Guarantee: [`Patches::bound`] is never less than the distance of any point of the piece from the patch, but for rounding to
+//! double precision. Cost: O(n log n) to make; a question looks at the bounding edges beside the piece.
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3};
+
+use super::proximity::Corners;
+
+/// Corners of a patch lie no further off its plane than this share of the diagonal.
+const FLAT: f64 = 1e-5;
+/// No point of a piece is further from what is looked at of it than this share of the diagonal.
+const INSET: f64 = 1e-5;
+/// A piece may shrink by this at most.
+const MOST_INSET: f64 = 1e-2;
+/// Fewer triangles are asked one by one.
+const LEAST: usize = 4;
+/// A piece that more edges meet is better quartered than cut.
+const MOST_CUTS: usize = 8;
+
+/// The flat patches of a surface.
+pub(crate) struct Patches {
+    patches: Vec<Patch>,
+    /// For each shape its patch, or [`NONE`].
+    of: Vec<u32>,
+    diagonal: f64,
+}
+
+const NONE: u32 = u32::MAX;
+
+/// A flat patch, seen along its normal.
+struct Patch {
+    origin: DVec3,
+    normal: DVec3,
+    axes: [DVec3; 2],
+    /// No corner is further off the plane.
+    off: f64,
+    edges: Vec<Edge>,
+    /// Rows of equal height; edge numbers by the rows that they pass.
+    rows: Rows,
+}
+
+/// A bounding edge, and how many more triangles have it in this direction than in the other.
+#[derive(Clone, Copy)]
+struct Edge {
+    from: DVec2,
+    to: DVec2,
+    times: i32,
+}
+
+struct Rows {
+    low: f64,
+    height: f64,
+    /// Where the edges of each row begin.
+    first: Vec<u32>,
+    edges: Vec<u32>,
+}
+
+impl Patches {
+    /// The patches of some shapes; `diagonal` is that of the box around them.
+    pub(crate) fn of(shapes: &[Corners], diagonal: f64) -> Self {
+        let flat = FLAT * diagonal;
+        let neighbours = Neighbours::of(shapes);
+        let mut of = vec![NONE; shapes.len()];
+        let mut is_taken = vec![false; shapes.len()];
+        let mut patches = Vec::new();
+        for seed in 0..shapes.len() {
+            let [a, b, c] = shapes[seed];
+            let Some(normal) = (b - a).cross(c - a).try_normalize() else {
+                continue;
+            };
+            if is_taken[seed] {
+                continue;
+            }
+            let lies_in = |shape: usize| shapes[shape].iter().all(|p| (p - a).dot(normal).abs() <= flat);
+            let mut members = vec![seed];
+            let mut next = 0;
+            is_taken[seed] = true;
+            while let Some(&shape) = members.get(next) {
+                for other in neighbours.beside(shape) {
+                    if !is_taken[other] && lies_in(other) {
+                        is_taken[other] = true;
+                        members.push(other);
+                    }
+                }
+                next += 1;
+            }
+            if members.len() < LEAST {
+                continue;
+            }
+            for &member in &members {
+                of[member] = patches.len() as u32;
+            }
+            patches.push(Patch::of(shapes, &neighbours, &members, [a, normal]));
+        }
+        Self { patches, of, diagonal }
+    }
+
+    /// No point of a piece is further than this from the patch that a shape is part of, if the patch covers the piece.
+    pub(crate) fn bound(&self, shape: u32, piece: &Corners) -> Option<f64> {
+        let patch = self.patch(shape)?;
+        let (flat, inset) = patch.flattened(piece, INSET * self.diagonal);
+        let middle = flat.iter().sum::<DVec2>() / 3.0;
+        let is_covered = patch.meeting(&flat, 1).is_empty() && patch.winds_around(middle);
+        is_covered.then(|| patch.off_plane(piece) + patch.off + inset)
+    }
+
+    /// How far the corners of a piece lie to the side of an edge that bounds the patch of a shape, where cutting the piece there
+    /// leaves parts that the patch covers or does not; `None` where no edge or too many meet it, or it is further than
+    /// this off the plane.
+    pub(crate) fn cut(&self, shape: u32, piece: &Corners, within: f64) -> Option<[f64; 3]> {
+        let patch = self.patch(shape)?;
+        if patch.off_plane(piece) > within {
+            return None;
+        }
+        let (flat, _) = patch.flattened(piece, INSET * self.diagonal);
+        let met = patch.meeting(&flat, MOST_CUTS + 1);
+        if met.len() > MOST_CUTS {
+            return None;
+        }
+        let longest = met.into_iter().max_by(|a, b| a.length().total_cmp(&b.length()))?;
+        let outwards = (longest.to - longest.from).perp().normalize_or_zero();
+        let sides = piece.map(|p| (patch.flat(p) - longest.from).dot(outwards));
+        let least = INSET * MOST_INSET * self.diagonal;
+        (sides.iter().any(|d| *d > least) && sides.iter().any(|d| *d < -least)).then_some(sides)
+    }
+
+    fn patch(&self, shape: u32) -> Option<&Patch> {
+        self.patches.get(self.of[shape as usize] as usize)
+    }
+}
+
+impl Patch {
+    fn of(shapes: &[Corners], neighbours: &Neighbours, members: &[usize], [origin, normal]: [DVec3; 2]) -> Self {
+        let (u, v) = normal.any_orthonormal_pair();
+        let mut patch = Self {
+            origin,
+            normal,
+            axes: [u, v],
+            off: 0.0,
+            edges: Vec::new(),
+            rows: Rows::of(&[]),
+        };
+        let mut balance: HashMap<[u32; 2], (i32, [DVec3; 2])> = HashMap::new();
+        for &member in members {
+            patch.off = patch.off.max(patch.off_plane(&shapes[member]));
+            let ids = neighbours.corners[member];
+            for i in 0..3 {
+                let (from, to) = (i, (i + 1) % 3);
+                let [a, b] = [from, to].map(|corner| (ids[corner], shapes[member][corner]));
+                let (key, ends, times) = if a.0 <= b.0 {
+                    ([a.0, b.0], [a.1, b.1], 1)
+                } else {
+                    ([b.0, a.0], [b.1, a.1], -1)
+                };
+                balance.entry(key).or_insert((0, ends)).0 += times;
+            }
+        }
+        let mut loose: Vec<_> = balance
+            .into_iter()
+            .filter(|([a, b], (times, _))| a != b && *times != 0)
+            .collect();
+        loose.sort_unstable_by_key(|(key, _)| *key);
+        let edge = |(_, (times, [from, to])): ([u32; 2], (i32, [DVec3; 2]))| Edge {
+            from: patch.flat(from),
+            to: patch.flat(to),
+            times,
+        };
+        patch.edges = loose.into_iter().map(edge).collect();
+        patch.rows = Rows::of(&patch.edges);
+        patch
+    }
+
+    fn flat(&self, point: DVec3) -> DVec2 {
+        let [u, v] = self.axes;
+        DVec2::new(u.dot(point - self.origin), v.dot(point - self.origin))
+    }
+
+    fn off_plane(&self, piece: &Corners) -> f64 {
+        let off = piece.map(|p| self.normal.dot(p - self.origin).abs());
+        off.into_iter().fold(0.0, f64::max)
+    }
+
+    /// A piece, a little drawn in so that edges along its own do not meet it; no point of it is further than the second from
+    /// what is left.
+    fn flattened(&self, piece: &Corners, inset: f64) -> ([DVec2; 3], f64) {
+        let middle = piece.iter().sum::<DVec3>() / 3.0;
+        let reach = piece.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        let share = (inset / reach.max(f64::MIN_POSITIVE)).min(MOST_INSET);
+        (piece.map(|p| self.flat(p.lerp(middle, share))), share * reach)
+    }
+
+    /// The bounding edges that meet a triangle, up to so many.
+    fn meeting(&self, triangle: &[DVec2; 3], most: usize) -> Vec<Edge> {
+        let heights = triangle.map(|p| p.y);
+        let low = heights.into_iter().fold(f64::INFINITY, f64::min);
+        let high = heights.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let mut met: Vec<u32> = Vec::new();
+        for &number in self.rows.between(low, high) {
+            if met.len() == most {
+                break;
+            }
+            if !met.contains(&number) && self.edges[number as usize].meets(triangle) {
+                met.push(number);
+            }
+        }
+        met.into_iter().map(|number| self.edges[number as usize]).collect()
+    }
+
+    fn winds_around(&self, point: DVec2) -> bool {
+        let times = self.rows.between(point.y, point.y).iter().map(|number| {
+            let Edge { from, to, times } = self.edges[*number as usize];
+            if (from.y <= point.y) == (to.y <= point.y) {
+                return 0;
+            }
+            let at = from.x + (to.x - from.x) * (point.y - from.y) / (to.y - from.y);
+            if at <= point.x {
+                0
+            } else if to.y > from.y {
+                times
+            } else {
+                -times
+            }
+        });
+        times.sum::<i32>() != 0
+    }
+}
+
+impl Edge {
+    fn length(&self) -> f64 {
+        self.from.distance(self.to)
+    }
+
+    /// Whether it meets a triangle: no line separates them.
+    fn meets(&self, triangle: &[DVec2; 3]) -> bool {
+        let [a, b, c] = *triangle;
+        let separates = |axis: DVec2| {
+            let [mine, other] = [&[self.from, self.to][..], &triangle[..]].map(|points| {
+                let heights = points.iter().map(|p| p.dot(axis));
+                heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| {
+                    [low.min(h), high.max(h)]
+                })
+            });
+            mine[1] < other[0] || other[1] < mine[0]
+        };
+        let axes = [b - a, c - b, a - c, self.to - self.from].map(DVec2::perp);
+        !axes.into_iter().any(separates)
+    }
+}
+
+impl Rows {
+    /// Rows of a few edges.
+    fn of(edges: &[Edge]) -> Self {
+        let ends = || edges.iter().flat_map(|edge| [edge.from.y, edge.to.y]);
+        let low = ends().fold(f64::INFINITY, f64::min);
+        let high = ends().fold(f64::NEG_INFINITY, f64::max);
+        // Long edges stand in many rows: fewer then, so that an edge stands in three of them in the mean.
+        let passed: f64 = edges.iter().map(|edge| (edge.to.y - edge.from.y).abs()).sum();
+        let most = 2.0 * edges.len() as f64 * (high - low) / passed;
+        let count = (edges.len() / 4).min(most as usize).max(1);
+        let mut rows = Self {
+            low,
+            height: (high - low) / count as f64,
+            first: vec![0; count + 1],
+            edges: Vec::new(),
+        };
+        let mut held: Vec<Vec<u32>> = vec![Vec::new(); count];
+        for (edge, number) in edges.iter().zip(0..) {
+            let range = rows.range(edge.from.y.min(edge.to.y), edge.from.y.max(edge.to.y));
+            held[range].iter_mut().for_each(|row| row.push(number));
+        }
+        for (row, numbers) in held.iter().enumerate() {
+            rows.edges.extend(numbers);
+            rows.first[row + 1] = rows.edges.len() as u32;
+        }
+        rows
+    }
+
+    /// Rows that heights lie in; those below and above all are in the first and the last.
+    fn range(&self, low: f64, high: f64) -> std::ops::Range<usize> {
+        let last = self.first.len() - 2;
+        // NaN, where there is no height, becomes 0.
+        let row = |height: f64| (((height - self.low) / self.height) as usize).min(last);
+        row(low)..row(high) + 1
+    }
+
+    /// The edges of these rows, some of them several times.
+    fn between(&self, low: f64, high: f64) -> &[u32] {
+        let range = self.range(low, high);
+        &self.edges[self.first[range.start] as usize..self.first[range.end] as usize]
+    }
+}
+
+/// Which shapes share an edge.
+struct Neighbours {
+    /// Numbers of the corners: equal where they stand in one place.
+    corners: Vec<[u32; 3]>,
+    /// Edges of triangles, those of one place together, each with its triangle.
+    edges: Vec<([u32; 2], u32)>,
+    /// For each triangle and side where its edge stands there.
+    at: Vec<[u32; 3]>,
+}
+
+impl Neighbours {
+    fn of(shapes: &[Corners]) -> Self {
+        let mut numbers: HashMap<[u64; 3], u32> = HashMap::new();
+        let mut number = |p: &DVec3| {
+            let next = numbers.len() as u32;
+            // Both zeros are one place.
+            *numbers.entry((*p + 0.0).to_array().map(f64::to_bits)).or_insert(next)
+        };
+        let corners: Vec<[u32; 3]> = shapes
+            .iter()
+            .map(|[a, b, c]| [number(a), number(b), number(c)])
+            .collect();
+        let sides = |ids: &[u32; 3]| [0, 1, 2].map(|i| [ids[i].min(ids[(i + 1) % 3]), ids[i].max(ids[(i + 1) % 3])]);
+        let mut edges: Vec<([u32; 2], u32)> = corners
+            .iter()
+            .zip(0..)
+            .flat_map(|(ids, shape)| sides(ids).map(|side| (side, shape)))
+            .collect();
+        edges.sort_unstable();
+        let place = |side: [u32; 2]| edges.partition_point(|(other, _)| *other < side) as u32;
+        let at = corners.iter().map(|ids| sides(ids).map(place)).collect();
+        Self { corners, edges, at }
+    }
+
+    /// Shapes that share an edge with this one, itself among them.
+    fn beside(&self, shape: usize) -> impl Iterator<Item = usize> + '_ {
+        self.at[shape].iter().flat_map(|first| {
+            let edges = &self.edges[*first as usize..];
+            let side = edges[0].0;
+            let same = edges.iter().take_while(move |(other, _)| *other == side);
+            same.map(|(_, shape)| *shape as usize)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lod::proximity::ShapeTree;
+
+    /// Squares of 1 around whole numbers below `side`, two triangles each, but for those that are left out.
+    fn squares(side: u32, is_left_out: impl Fn(u32, u32) -> bool) -> Vec<Corners> {
+        let at = |x: u32, y: u32| DVec3::new(f64::from(x), f64::from(y), 0.0);
+        let mut shapes = Vec::new();
+        for (x, y) in (0..side).flat_map(|x| (0..side).map(move |y| (x, y))) {
+            if !is_left_out(x, y) {
+                shapes.push([at(x, y), at(x + 1, y), at(x + 1, y + 1)]);
+                shapes.push([at(x, y), at(x + 1, y + 1), at(x, y + 1)]);
+            }
+        }
+        shapes
+    }
+
+    fn patches(shapes: &[Corners]) -> Patches {
+        Patches::of(shapes, 30.0)
+    }
+
+    fn piece(corners: [[f64; 2]; 3], z: f64) -> Corners {
+        corners.map(|[x, y]| DVec3::new(x, y, z))
+    }
+
+    #[test]
+    fn a_patch_covers_what_lies_over_it_up_to_its_own_edges() {
+        let shapes = squares(20, |_, _| false);
+        let patches = patches(&shapes);
+        assert_eq!(patches.patches.len(), 1);
+        let half = piece([[0.0, 0.0], [20.0, 0.0], [20.0, 20.0]], 0.25);
+        let bound = patches.bound(7, &half).unwrap();
+        assert!((0.25..0.2505).contains(&bound), "{bound}");
+        let beyond = piece([[0.0, 0.0], [20.1, 0.0], [20.0, 20.0]], 0.25);
+        assert_eq!(patches.bound(7, &beyond), None);
+        let beside = piece([[30.0, 0.0], [31.0, 0.0], [31.0, 1.0]], 0.0);
+        assert_eq!(patches.bound(7, &beside), None);
+        assert_eq!(patches.cut(7, &beside, 1.0), None);
+    }
+
+    #[test]
+    fn a_hole_is_not_covered_and_pieces_are_cut_at_its_edges() {
+        let shapes = squares(20, |x, y| (8..10).contains(&x) && (5..9).contains(&y));
+        let patches = patches(&shapes);
+        let over_the_hole = piece([[0.0, 0.0], [20.0, 0.0], [20.0, 20.0]], 0.0);
+        assert_eq!(patches.bound(0, &over_the_hole), None);
+        let in_the_hole = piece([[8.5, 6.0], [9.0, 6.0], [9.0, 7.0]], 0.0);
+        assert_eq!(patches.bound(0, &in_the_hole), None);
+        let beside = piece([[10.0, 0.0], [20.0, 0.0], [20.0, 10.0]], 0.0);
+        assert!(patches.bound(0, &beside).is_some());
+        let across = piece([[9.5, 7.0], [10.5, 7.0], [10.5, 7.5]], 0.0);
+        let sides = patches.cut(0, &across, 1e-3).unwrap();
+        let mut off: Vec<f64> = sides.iter().map(|d| d.abs()).collect();
+        off.sort_by(f64::total_cmp);
+        assert!(off.iter().all(|d| (d - 0.5).abs() < 1e-9), "{off:?}");
+        assert_eq!(
+            patches.cut(0, &piece([[9.5, 7.0], [10.5, 7.0], [10.5, 7.5]], 0.1), 1e-3),
+            None
+        );
+    }
+
+    #[test]
+    fn no_point_is_further_than_the_bound_whatever_the_patch() {
+        let mut random = crate::visibility::random::Random::stream(21, 0);
+        let mut covered = 0;
+        for round in 0..600 {
+            let mut shapes = squares(8, |x, y| (x * 31 + y * 17 + round) % 5 == 0);
+            // Some are the other way round, some twice, and all a little off the plane.
+            for i in 0..shapes.len() {
+                match random.below(12) {
+                    0 => shapes[i].swap(0, 1),
+                    1 => shapes.push(shapes[i]),
+                    _ => {}
+                }
+            }
+            for corner in shapes.iter_mut().flatten() {
+                let wave = (corner.x * 0.7).sin() * (corner.y * 1.3).cos();
+                corner.z = 0.9e-4 * wave;
+            }
+            let (patches, tree) = (Patches::of(&shapes, 12.0), ShapeTree::new(shapes.clone()));
+            for _ in 0..40 {
+                let middle = random.cube().as_dvec3() * 8.0;
+                let corner = |random: &mut crate::visibility::random::Random| {
+                    middle.with_z(0.2) + random.around_zero().as_dvec3() * DVec3::new(1.5, 1.5, 0.2)
+                };
+                let piece = [0; 3].map(|_| corner(&mut random));
+                let shape = random.below(shapes.len()) as u32;
+                let Some(bound) = patches.bound(shape, &piece) else {
+                    continue;
+                };
+                covered += 1;
+                for _ in 0..30 {
+                    let [u, v] = random.in_triangle().map(f64::from);
+                    let point = piece[0] + u * (piece[1] - piece[0]) + v * (piece[2] - piece[0]);
+                    let distance = tree.nearest_to_all(&[point], None, 0.0).distance;
+                    assert!(distance <= bound * (1.0 + 1e-9), "{distance} > {bound}");
+                }
+            }
+        }
+        assert!(covered > 200, "{covered} pieces were covered");
+    }
+}
