@@ -237,6 +237,74 @@ proptest! {
     }
 
     #[test]
+    fn whoever_sees_where_a_silent_mover_was_heard_of_last_is_told_of_it(
+        from in 0.0..f64::from(CELLS),
+        strides in prop::collection::vec(-1.0..1.0f64, 1..8),
+        states_mps in prop::option::of(-10.0..10.0f64),
+        watching in prop::collection::vec(0.0..f64::from(CELLS), 1..5),
+        coming in prop::collection::vec((0..45usize, 0.0..f64::from(CELLS)), 0..4),
+    ) {
+        // Rooms without doors: an extrapolation leads through walls.
+        let mut stage = Stage::row(CELLS, 0);
+        let mut eyes: Vec<_> = watching.iter().map(|x| (stage.enter(*x), *x)).collect();
+        let (mover, mut x) = (stage.mover(from, 10.0, None), from);
+        stage.tick();
+        for by_m in strides {
+            x = (x + by_m).clamp(0.0, f64::from(CELLS));
+            stage.drive(mover, x, states_mps);
+            stage.tick();
+        }
+        for ticks in 0..45 {
+            let now = coming.iter().filter(|(at, _)| *at == ticks);
+            eyes.extend(now.map(|(_, x)| (stage.enter(*x), *x)).collect::<Vec<_>>());
+            stage.tick();
+            for (session, eye) in &eyes {
+                let told = stage.beliefs[session].shown.get(&mover);
+                prop_assert!(
+                    told.is_some() || !stage.sees(*eye, x, 0.0),
+                    "{session} at {eye} misses what was at {x} when it spoke last, {ticks} ticks ago"
+                );
+                // What was no more than an estimate has ended.
+                let stands = ticks > 12 && states_mps.is_none();
+                prop_assert!(told.is_none_or(|pose| !stands || pose.position_at(stage.now_ms)[0] == x));
+            }
+        }
+    }
+
+    #[test]
+    fn whoever_sees_where_a_silent_participant_was_heard_of_last_is_told_of_it(
+        from in 0.0..f64::from(CELLS),
+        strides in prop::collection::vec(-0.2..0.2f64, 1..20),
+        watching in prop::collection::vec(0.0..f64::from(CELLS), 1..5),
+        coming in prop::collection::vec((0..45usize, 0.0..f64::from(CELLS)), 0..4),
+    ) {
+        let mut stage = Stage::row(CELLS, 0);
+        let mut eyes: Vec<_> = watching.iter().map(|x| (stage.enter(*x), *x, 0)).collect();
+        let (walker, mut x) = (stage.enter(from), from);
+        let avatar = stage.avatar(walker);
+        stage.tick();
+        for by_m in strides {
+            x = (x + by_m).clamp(0.0, f64::from(CELLS));
+            stage.pose(walker, x);
+            stage.tick();
+        }
+        for ticks in 0..45 {
+            let now = coming.iter().filter(|(at, _)| *at == ticks);
+            eyes.extend(now.map(|(_, x)| (stage.enter(*x), *x, ticks)).collect::<Vec<_>>());
+            stage.tick();
+            for (session, eye, since) in &eyes {
+                let told = stage.beliefs[session].shown.contains_key(&avatar);
+                // It is given a round trip to answer to being woken, and does not.
+                let due = *since == 0 || ticks - since > 3;
+                prop_assert!(
+                    told || !due || !stage.sees(*eye, x, 0.0),
+                    "{session} at {eye} misses what was at {x} when it spoke last, {ticks} ticks ago"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn the_same_inputs_give_the_same_events(steps in steps()) {
         let told = || {
             let mut play = Play::new();

@@ -115,7 +115,15 @@ impl World {
             } else {
                 0.0
             };
-            return (tbv, self.cells.under(&tbv.grown(mover.radius_m + late_m)));
+            let ball = tbv.grown(mover.radius_m + late_m);
+            let cells = if fresh {
+                self.cells.under(&ball)
+            } else {
+                // It may have stopped before what it is extrapolated through.
+                let (_, last) = self.rules.mover_balls(mover, now_ms);
+                self.cells.under_any(&[ball, last])
+            };
+            return (tbv, cells);
         };
         let mut cells: Vec<_> = way
             .swept(now_ms, until_ms)
@@ -136,16 +144,22 @@ impl World {
         (tbv, cells)
     }
 
-    /// A session has started to watch a cell of a hushed mover.
+    /// A session has started to watch a cell of a mover that was put away. Whoever can be woken is, and has a round trip to say
+    /// where its mover is by now; of all others, and of who does not answer, the last pose counts.
     pub(super) fn expose(&mut self, object: ObjectId, now_ms: Ms) {
         let Some(mover) = self.movers.get_mut(&object) else {
             return;
         };
-        if !matches!(mover.state, State::Hushed { .. }) {
-            return;
+        let until_ms = now_ms + self.rules.round_trip_ms;
+        match mover.state {
+            State::Awake => return,
+            State::Asked { until_ms: before } => {
+                let until_ms = until_ms.min(before);
+                return self.enter(object, State::Asked { until_ms });
+            }
+            State::Hushed { .. } => mover.validity.shorten(),
         }
-        mover.validity.shorten();
-        let known = mover.way.is_some() || mover.max_speed_mps == 0.0;
+        let known = !mover.is_heard_when_it_leaves() || mover.max_speed_mps == 0.0;
         let (owner, fresh) = (mover.owner, now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms);
         if let Some(owner) = owner.filter(|_| !known) {
             self.say(owner, Event::Wake { object });
@@ -153,14 +167,8 @@ impl World {
         if known || fresh {
             self.rouse(object, now_ms);
         } else {
-            self.wait_for(object, now_ms);
+            self.enter(object, State::Asked { until_ms });
         }
-    }
-
-    /// Its owner is about to speak.
-    fn wait_for(&mut self, object: ObjectId, now_ms: Ms) {
-        let until_ms = now_ms + self.rules.grace_ms;
-        self.enter(object, State::Asked { until_ms });
     }
 
     /// A volume has expired, or an owner that was asked has said nothing.
@@ -173,9 +181,10 @@ impl World {
             mover.validity.lengthen();
         }
         let spoken = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;
-        if expired && mover.way.is_none() && !spoken && mover.max_speed_mps > 0.0 {
+        if expired && mover.is_heard_when_it_leaves() && !spoken && mover.max_speed_mps > 0.0 {
             // The owner knows when.
-            self.wait_for(object, now_ms);
+            let until_ms = now_ms + self.rules.grace_ms;
+            self.enter(object, State::Asked { until_ms });
             return;
         }
         self.rouse(object, now_ms);

@@ -209,6 +209,17 @@ impl Stage {
         object
     }
 
+    /// A pose of a mover that nobody can wake.
+    pub(crate) fn drive(&mut self, object: ObjectId, x: f64, velocity_mps: Option<f64>) -> Option<Hush> {
+        let sent = Sent {
+            velocity: velocity_mps.map(|mps| [mps, 0.0, 0.0]),
+            ..self.sent(x)
+        };
+        let moved = self.world.move_to(object, sent, self.now_ms).unwrap();
+        self.listen();
+        moved.hush
+    }
+
     pub(crate) fn park(&mut self, x: f64) -> ObjectId {
         self.mover(x, SPEED_MPS, None)
     }
