@@ -8,7 +8,7 @@ use belvedere_live::{
     cells::{Hidden, distance_m},
     event::{Event, Gone, Void},
     journal::replay::Replay,
-    world::Rules,
+    world::{Rules, Sent},
 };
 use belvedere_scene::{
     Bounds, CellId, ObjectId,
@@ -388,8 +388,8 @@ fn after_a_resync_everything_is_told_again() {
     stage.tick();
     stage.resync(a);
     let events = stage.all(a);
-    let names: Vec<_> = events.iter().rev().take(3).rev().map(Event::name).collect();
-    assert_eq!(names, ["resync", "cell", "object-info"]);
+    let names: Vec<_> = events.iter().rev().take(2).rev().map(Event::name).collect();
+    assert_eq!(names, ["resync", "object-info"]);
     assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
 }
 
@@ -415,6 +415,35 @@ fn who_stays_in_a_corner_is_silent_for_minutes_and_who_leaves_it_gets_a_larger_o
         larger.tbv.radius_m > 1.5 * corner.tbv.radius_m,
         "{larger:?} after {corner:?}"
     );
+}
+
+#[test]
+fn who_says_how_it_moves_and_how_fast_that_changes_is_put_away_in_a_smaller_volume() {
+    let mut stage = Stage::rooms(60);
+    stage.enter(0.5);
+    let mut lazy = |velocity_mps: Option<f64>| {
+        let sent = Sent {
+            velocity: velocity_mps.map(|mps| [mps, 0.0, 0.0]),
+            ..stage.sent(30.5)
+        };
+        let (object, hush) = stage.create(sent, 5.0, Some(0.5));
+        (object, hush.expect("nobody can see it").tbv.radius_m)
+    };
+    // Half of 0.5 m/s² in two seconds, squared; what comes with 5 m/s.
+    let ((said, by_acceleration), (unsaid, by_speed)) = (lazy(Some(0.0)), lazy(None));
+    assert_eq!([by_acceleration, by_speed], [1.0, 10.0]);
+    let smaller = stage.drive(unsaid, 30.6, Some(0.0)).expect("nobody can see it");
+    assert_eq!(
+        (smaller.tbv.center[0], smaller.tbv.radius_m),
+        (30.6, 1.0),
+        "once it says how it moves"
+    );
+    // It does not change with each pose.
+    stage.now_ms += 100;
+    let same = stage.drive(unsaid, 30.7, Some(0.0)).expect("nobody can see it");
+    assert_eq!(same.tbv, smaller.tbv);
+    let same = stage.drive(said, 30.7, Some(1.0)).expect("nobody can see it");
+    assert_eq!((same.tbv.center[0], same.tbv.radius_m), (30.5, 1.0));
 }
 
 #[test]

@@ -49,6 +49,7 @@ struct Asked {
     t_ms: Option<Time>,
     position: [f64; 3],
     orientation: Option<[f64; 4]>,
+    velocity: Option<[f64; 3]>,
     aoi: Option<Object<Aoi>>,
     avatar: Option<ObjectId>,
     name: Option<String>,
@@ -111,7 +112,7 @@ pub(in crate::http) async fn open(
         t_ms: asked.t_ms,
         position: asked.position,
         orientation: asked.orientation,
-        velocity: None,
+        velocity: asked.velocity,
         acceleration: None,
     };
     let wants = |what| match &asked.include {

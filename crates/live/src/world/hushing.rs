@@ -92,10 +92,24 @@ impl World {
         }
     }
 
-    /// Where a mover can be until then, and the cells that this touches.
-    fn volume(&self, mover: &Mover, now_ms: Ms, until_ms: Ms) -> (Tbv, Vec<CellId>) {
-        // Who has been silent for longer is where the extrapolation says: it would have spoken otherwise.
-        let fresh = now_ms - mover.pose.t_ms <= self.rules.grace_ms;
+    /// Whether how a mover moves, as it says now, allows a volume that is at most half as large and serves as long.
+    pub(super) fn knows_better(&self, object: ObjectId, tbv: &Tbv, now_ms: Ms) -> bool {
+        let mover = &self.movers[&object];
+        let until_ms = now_ms + mover.validity.ms();
+        mover.velocity_is_said
+            && mover.max_acceleration_mps2.is_some()
+            && 2.0 * self.ball(mover, now_ms, until_ms).radius_m <= tbv.radius_m
+    }
+
+    /// Whether a mover was heard of lately. Who has been silent for longer is where the extrapolation says: it would have spoken
+    /// otherwise.
+    fn is_fresh(&self, mover: &Mover, now_ms: Ms) -> bool {
+        now_ms - mover.pose.t_ms <= self.rules.grace_ms
+    }
+
+    /// Where a mover that follows no known way can be until then.
+    fn ball(&self, mover: &Mover, now_ms: Ms, until_ms: Ms) -> Tbv {
+        let fresh = self.is_fresh(mover, now_ms);
         let (position, since_ms) = if fresh {
             (mover.pose.position, mover.pose.t_ms)
         } else {
@@ -105,9 +119,14 @@ impl World {
         let by_speed = Tbv::around(position, mover.max_speed_mps, elapsed_ms);
         let moving = mover.max_acceleration_mps2.filter(|_| fresh && mover.velocity_is_said);
         let by_acceleration = moving.map(|most_mps2| Tbv::ahead(position, mover.pose.velocity, most_mps2, elapsed_ms));
-        let tbv = by_acceleration
+        by_acceleration
             .filter(|tbv| tbv.radius_m < by_speed.radius_m)
-            .unwrap_or(by_speed);
+            .unwrap_or(by_speed)
+    }
+
+    /// Where a mover can be until then, and the cells that this touches.
+    fn volume(&self, mover: &Mover, now_ms: Ms, until_ms: Ms) -> (Tbv, Vec<CellId>) {
+        let tbv = self.ball(mover, now_ms, until_ms);
         let Some(way) = &mover.way else {
             // Who leaves it has gone on before that is heard here, as far as who is awake.
             let late_m = if mover.is_heard_when_it_leaves() {
@@ -116,7 +135,7 @@ impl World {
                 0.0
             };
             let ball = tbv.grown(mover.radius_m + late_m);
-            let cells = if fresh {
+            let cells = if self.is_fresh(mover, now_ms) {
                 self.cells.under(&ball)
             } else {
                 // It may have stopped before what it is extrapolated through.

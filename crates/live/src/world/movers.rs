@@ -169,6 +169,9 @@ impl World {
                 // Who speaks just before the end gets the next promise with the answer.
                 if until_ms - now_ms <= RENEWAL_TICKS * self.rules.tick_ms {
                     self.renew(object, tbv, now_ms);
+                } else if self.knows_better(object, &tbv, now_ms) {
+                    // The caller has it settle again.
+                    self.rouse(object, now_ms);
                 }
             }
             State::Hushed { .. } => {

@@ -185,9 +185,8 @@ impl World {
         }
     }
 
-    /// Forgets what a session was told, and tells everything again.
+    /// Forgets what a session was told, and tells everything again; the caller greets it, and says in which cell it is.
     pub fn resync(&mut self, id: SessionId, reason: Void, now_ms: Ms) {
-        let Ok(place) = self.place_of(id) else { return };
         let Some(session) = self.sessions.get_mut(&id) else {
             return;
         };
@@ -204,7 +203,6 @@ impl World {
             infos.push(Event::ObjectInfo(Box::new(mover.told(*object, shown.attention))));
         }
         self.say(id, Event::Resync { reason });
-        self.say(id, Event::Cell { cell: place.cell });
         infos.into_iter().for_each(|info| self.say(id, info));
         self.tell_doors(id);
     }

@@ -195,18 +195,40 @@ impl Stage {
     }
 
     pub(crate) fn mover(&mut self, x: f64, max_speed_mps: f64, way: Option<Trajectory>) -> ObjectId {
-        let object = self.object();
+        let pose = self.sent(x);
         let new = NewMover {
-            pose: self.sent(x),
+            pose,
             max_speed_mps,
             max_acceleration_mps2: None,
             radius_m: RADIUS_M,
             look: Look::default(),
             way,
         };
-        self.world.create(object, None, new, self.now_ms).unwrap();
+        self.add(new).0
+    }
+
+    /// A mover whose owner has promised more than its speed, and what it may rely on.
+    pub(crate) fn create(
+        &mut self,
+        pose: Sent,
+        max_speed_mps: f64,
+        max_acceleration_mps2: Option<f64>,
+    ) -> (ObjectId, Option<Hush>) {
+        self.add(NewMover {
+            pose,
+            max_speed_mps,
+            max_acceleration_mps2,
+            radius_m: RADIUS_M,
+            look: Look::default(),
+            way: None,
+        })
+    }
+
+    fn add(&mut self, new: NewMover) -> (ObjectId, Option<Hush>) {
+        let object = self.object();
+        let moved = self.world.create(object, None, new, self.now_ms).unwrap();
         self.listen();
-        object
+        (object, moved.hush)
     }
 
     /// A pose of a mover that nobody can wake.
