@@ -207,8 +207,7 @@ impl Cells {
 
     fn touches(&self, ball: &Ball, cell: CellId) -> bool {
         let Cell { bounds, planes } = &self.cells[cell.index()];
-        ball.touches(bounds)
-            && (planes.is_empty() || convex::distance_m(bounds, planes, ball.center) <= ball.radius_m)
+        ball.touches(bounds) && (planes.is_empty() || convex::distance_m(bounds, planes, ball.center) <= ball.radius_m)
     }
 
     /// The cells whose boxes meet a box, rising.

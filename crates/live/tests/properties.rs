@@ -22,6 +22,7 @@ enum Step {
     Jump { who: usize, to: f64 },
     Look { who: usize, enter_m: f64 },
     Resync { who: usize },
+    Ears { who: usize, listens: bool },
     Gate { border: u32, open: bool },
     Nothing,
 }
@@ -32,7 +33,8 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
         8 => (who.clone(), -0.2..0.2f64).prop_map(|(who, by_m)| Step::Walk { who, by_m }),
         1 => (who.clone(), 0.0..f64::from(CELLS)).prop_map(|(who, to)| Step::Jump { who, to }),
         1 => (who.clone(), 0.5..8.0f64).prop_map(|(who, enter_m)| Step::Look { who, enter_m }),
-        1 => who.prop_map(|who| Step::Resync { who }),
+        1 => who.clone().prop_map(|who| Step::Resync { who }),
+        1 => (who, any::<bool>()).prop_map(|(who, listens)| Step::Ears { who, listens }),
         2 => (1..CELLS, any::<bool>()).prop_map(|(border, open)| Step::Gate { border, open }),
         2 => Just(Step::Nothing),
     ];
@@ -52,6 +54,8 @@ struct Play {
     x: Vec<f64>,
     hushed_until: BTreeMap<SessionId, (f64, f64, i64)>,
     enter_m: Vec<f64>,
+    /// Whether they hear what they are told.
+    listens: Vec<bool>,
 }
 
 impl Play {
@@ -64,6 +68,7 @@ impl Play {
             people,
             hushed_until: BTreeMap::new(),
             enter_m: vec![100.0; x.len()],
+            listens: vec![true; x.len()],
             x,
         }
     }
@@ -84,6 +89,13 @@ impl Play {
                 self.enter_m[who] = enter_m;
             }
             Step::Resync { who } => self.stage.resync(self.people[who]),
+            Step::Ears { who, listens } if listens != self.listens[who] => {
+                self.stage.ears(self.people[who], listens);
+                self.listens[who] = listens;
+                // Who cannot be woken talks on.
+                self.hushed_until.remove(&self.people[who]);
+            }
+            Step::Ears { .. } => {}
             Step::Gate { border, open } => self.stage.gate(border, open),
             Step::Nothing => {}
         }
@@ -105,6 +117,7 @@ impl Play {
                 }
             }
             let now_ms = self.stage.now_ms;
+            let promised = promised.filter(|_| self.listens[who]);
             let silent = promised.is_some_and(|(at, radius_m, until_ms)| {
                 now_ms + 100 < until_ms && (self.x[who] - at).abs() <= radius_m
             });
@@ -147,9 +160,9 @@ impl Play {
                 let object = self.stage.avatar(*other);
                 let (there, away_m) = (self.x[b], (eye - self.x[b]).abs());
                 let shown = belief.shown.get(&object);
-                let must = self.stage.sees(eye, there, 0.0) && away_m < self.enter_m[a] - 0.3;
+                let must = self.listens[a] && self.stage.sees(eye, there, 0.0) && away_m < self.enter_m[a] - 0.3;
                 // A round trip and a tick on both sides.
-                let may = self.stage.sees(eye, there, 1.2);
+                let may = self.listens[a] && self.stage.sees(eye, there, 1.2);
                 prop_assert!(
                     shown.is_some() || !must,
                     "{session} at {eye} misses {object} at {there}"

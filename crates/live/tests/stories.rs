@@ -394,6 +394,36 @@ fn after_a_resync_everything_is_told_again() {
 }
 
 #[test]
+fn who_does_not_listen_is_told_nothing_and_wakes_nobody_and_is_told_all_when_it_does() {
+    let mut stage = Stage::rooms(5);
+    let (deaf, other) = (stage.enter(0.4), stage.enter(0.6));
+    stage.ears(deaf, false);
+    stage.tick();
+    let told = stage.all(deaf).len();
+    assert!(stage.stand(other).is_some(), "who is not told of it cannot see it");
+    stage.walk(deaf, 1.4, 1.0);
+    assert_eq!(stage.seen_by(other), [stage.avatar(deaf)], "its poses move its avatar");
+    assert_eq!((stage.count(other, "wake"), stage.seen_by(deaf)), (0, vec![]));
+    assert_eq!(stage.all(deaf).len(), told + 1, "the cell that it has come to");
+    stage.ears(deaf, true);
+    assert_eq!(stage.count(other, "wake"), 1);
+    stage.stand(other);
+    stage.tick();
+    assert_eq!(stage.seen_by(deaf), [stage.avatar(other)]);
+    // Whose owner does not hear cannot be woken.
+    let third = stage.enter(4.5);
+    stage.ears(other, false);
+    stage.tick();
+    stage.leave(deaf);
+    stage.silence(3_000);
+    assert!(stage.seen_by(third).is_empty());
+    let comes = stage.enter(1.5);
+    stage.tick();
+    assert_eq!(stage.seen_by(comes), [stage.avatar(other)]);
+    assert_eq!(stage.count(other, "wake"), 2, "it is told when somebody listens again");
+}
+
+#[test]
 fn who_stays_in_a_corner_is_silent_for_minutes_and_who_leaves_it_gets_a_larger_one() {
     let mut stage = Stage::rooms(60);
     stage.enter(0.5);

@@ -126,6 +126,7 @@ pub(in crate::http) async fn open(
         max_acceleration_mps2: asked.max_acceleration_mps2,
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
         hears_movers: wants(Included::Movers),
+        listens: false,
         look: look(&published, asked.avatar, asked.name).await?,
     };
     let opened = live.open(&scene, participant, wants(Included::Static)).await?;

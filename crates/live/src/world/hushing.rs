@@ -178,12 +178,14 @@ impl World {
             }
             State::Hushed { .. } => mover.validity.shorten(),
         }
-        let known = !mover.is_heard_when_it_leaves() || mover.max_speed_mps == 0.0;
-        let (owner, fresh) = (mover.owner, now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms);
-        if let Some(owner) = owner.filter(|_| !known) {
+        let moves = mover.way.is_none() && mover.max_speed_mps > 0.0;
+        let fresh = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;
+        let mut is_heard = false;
+        if let Some(owner) = mover.owner.filter(|_| moves) {
+            is_heard = self.sessions.get(&owner).is_some_and(|session| session.listens);
             self.say(owner, Event::Wake { object });
         }
-        if known || fresh {
+        if fresh || !is_heard {
             self.rouse(object, now_ms);
         } else {
             self.enter(object, State::Asked { until_ms });

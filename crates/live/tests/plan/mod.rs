@@ -176,6 +176,7 @@ impl Stage {
             radius_m: RADIUS_M,
             look: Look::default(),
             hears_movers: true,
+            listens: true,
         };
         self.world.open(session, object, visitor, self.now_ms).unwrap();
         self.avatars.insert(session, object);
@@ -321,6 +322,13 @@ impl Stage {
 
     pub(crate) fn resync(&mut self, session: SessionId) {
         self.world.resync(session, Void::Unknown, self.now_ms);
+        self.listen();
+    }
+
+    /// Somebody begins to listen to a session, or nobody does any more.
+    pub(crate) fn ears(&mut self, session: SessionId, listens: bool) {
+        self.world.listens(session, listens, self.now_ms);
+        self.beliefs.insert(session, Belief::default());
         self.listen();
     }
 
