@@ -112,8 +112,8 @@ pub(super) struct StageHandle {
 struct Shared {
     scene: SceneName,
     counts: Mutex<Counts>,
-    /// A reader of one of the sessions has missed something since the task looked last.
-    somebody_missed: Arc<AtomicBool>,
+    /// A reader of one of the sessions has come or missed something since the task looked last.
+    readers_changed: Arc<AtomicBool>,
 }
 
 impl StageHandle {
@@ -123,7 +123,7 @@ impl StageHandle {
         let shared = Arc::new(Shared {
             scene,
             counts: Mutex::default(),
-            somebody_missed: Arc::default(),
+            readers_changed: Arc::default(),
         });
         (Self { messages, shared }, inbox)
     }
@@ -140,12 +140,12 @@ impl StageHandle {
 
     /// An outbox for a session of the scene that was taken up so often.
     pub(super) fn outbox(&self, taken: u64) -> Outbox {
-        Outbox::new(self.shared.somebody_missed.clone(), taken)
+        Outbox::new(self.shared.readers_changed.clone(), taken)
     }
 
-    /// Whether a reader may have missed something since the last call.
-    pub(super) fn take_somebody_missed(&self) -> bool {
-        self.shared.somebody_missed.swap(false, Ordering::AcqRel)
+    /// Whether a reader may have come or missed something since the last call.
+    pub(super) fn take_readers_changed(&self) -> bool {
+        self.shared.readers_changed.swap(false, Ordering::AcqRel)
     }
 
     pub(super) async fn send(&self, message: Message) -> Result<(), LiveError> {

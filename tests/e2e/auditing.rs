@@ -40,6 +40,11 @@ async fn live_through(data: &Data) -> String {
     let hidden = enter(&server, "rooms", cell).await;
     let c = enter(&server, "doors", [2.5, 2.5]).await;
     let d = enter(&server, "doors", [7.5, 2.5]).await;
+    // Nobody is told anything who does not listen.
+    let mut hears = Vec::new();
+    for person in [&a, &b, &hidden, &c, &d] {
+        hears.push(person.listen().await);
+    }
     let key = |t_ms: u32, x: f64| json!({"t_ms": t_ms, "position": [x, 0.5, 2.5]});
     let tram = json!({"trajectory": {"keys": [key(0, 2.0), key(3000, 8.0), key(6000, 2.0)], "repeat": true}});
     let path = "/v1/scenes/doors/movers";
@@ -167,6 +172,32 @@ async fn a_recording_survives_a_kill_and_an_audit_finds_what_was_tampered_with()
         "{report:#}"
     );
     assert_eq!(sum(&report, "leaks"), 0);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_is_silent_is_missed_where_it_was_heard_of_last() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve_with(&["--record", "live.rec"]);
+    let (a, b) = (
+        enter(&server, "rooms", [2.5, 2.5]).await,
+        enter(&server, "rooms", [6.5, 2.5]).await,
+    );
+    let (mut hears, _hears) = (a.listen().await, b.listen().await);
+    assert_eq!(hears.wait("object-info").await.data["object"], b.object);
+    // All are silent for longer than anything is extrapolated.
+    tokio::time::sleep(std::time::Duration::from_millis(3_500)).await;
+    server.kill();
+
+    let (clean, report) = audit(&data, "live.rec");
+    assert!(clean && sum(&report, "told") > 0, "{report:#}");
+    // Somebody is told of nobody.
+    tampered(&data, "miss.rec", |_, output| {
+        let all = output["told"].as_array_mut().expect("a list");
+        all.retain(|told| told[0] != json!(a.session));
+    });
+    let (_, miss) = audit(&data, "miss.rec");
+    assert!(sum(&miss, "misses") > 0, "{miss:#}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use belvedere::config::Settings;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::{
     live_wire::{Person, ask, json},
@@ -117,6 +117,45 @@ async fn who_comes_back_hears_what_was_missed_or_everything() {
         );
         assert_eq!(stream.wait("object-info").await.data["object"], b.object);
     }
+}
+
+#[tokio::test]
+async fn who_opens_no_stream_is_told_nothing_and_everybody_is_told_of_its_avatar() {
+    let server = Server::start().await;
+    let deaf = Person::enter(server.address, 0.5).await;
+    let b = Person::enter(server.address, 0.9).await;
+    let mut hears_b = b.listen().await;
+    assert_eq!(hears_b.wait("object-info").await.data["object"], deaf.object);
+    let before = metric(server.address, "belvedere_live_events_total").await;
+    for _ in 0..5 {
+        deaf.stand_at(0.5).await;
+        assert!(!b.stand_at(0.9).await["hush"].is_null(), "nobody is told of it");
+    }
+    assert_eq!(metric(server.address, "belvedere_live_events_total").await, before);
+    deaf.stand_at(0.7).await;
+    hears_b.wait_for(&deaf.object, 0.7).await;
+
+    let mut hears = deaf.listen().await;
+    assert_eq!(hears.next().await.name, "hello");
+    assert_eq!(hears.wait("object-info").await.data["object"], b.object);
+    assert!(!hears.text.contains("event: resync"), "{}", hears.text);
+    assert!(b.stand_at(0.9).await["hush"].is_null());
+}
+
+#[tokio::test]
+async fn whoever_says_its_velocity_at_the_door_may_be_put_away_in_a_smaller_volume() {
+    let server = Server::start().await;
+    let radius_m = async |velocity: Value| {
+        let promises = json!({"max_speed_mps": 3, "max_acceleration_mps2": 0.5, "velocity": velocity});
+        let person = Person::enter_with(server.address, 0.5, promises.clone()).await;
+        let mut body = promises;
+        body["position"] = json!([0.5, 0.5, 0.5]);
+        let answer = json(server.address, ("POST", "/v1/scenes/row/movers"), None, &body).await;
+        [&person.hush, &answer.json()["hush"]].map(|hush| hush["tbv"]["radius_m"].as_f64().unwrap())
+    };
+    // Half of 0.5 m/s² for two seconds, squared; 3 m/s for two seconds.
+    assert_eq!(radius_m(json!([0, 0, 0])).await, [1.0, 1.0]);
+    assert_eq!(radius_m(json!(null)).await, [6.0, 6.0]);
 }
 
 #[tokio::test]

@@ -184,15 +184,30 @@ impl Cells {
     /// The cells that a ball touches, rising; the nearest one when it touches none.
     #[must_use]
     pub fn under(&self, ball: &Ball) -> Vec<CellId> {
-        let mut found = self.within(|bounds| ball.touches(bounds));
-        found.retain(|id| {
-            let cell = &self.cells[id.index()];
-            cell.planes.is_empty() || convex::distance_m(&cell.bounds, &cell.planes, ball.center) <= ball.radius_m
-        });
-        if found.is_empty() {
-            found.extend(self.at(ball.center).map(|place| place.cell));
+        self.under_any(std::slice::from_ref(ball))
+    }
+
+    /// The cells that one of these balls touches, rising; of each that touches none the nearest one.
+    #[must_use]
+    pub fn under_any(&self, balls: &[Ball]) -> Vec<CellId> {
+        let mut found = self.within(|bounds| balls.iter().any(|ball| ball.touches(bounds)));
+        found.retain(|id| balls.iter().any(|ball| self.touches(ball, *id)));
+        let touched = found.len();
+        for ball in balls {
+            if !found[..touched].iter().any(|id| self.touches(ball, *id)) {
+                found.extend(self.at(ball.center).map(|place| place.cell));
+            }
+        }
+        if found.len() > touched {
+            found.sort_unstable();
+            found.dedup();
         }
         found
+    }
+
+    fn touches(&self, ball: &Ball, cell: CellId) -> bool {
+        let Cell { bounds, planes } = &self.cells[cell.index()];
+        ball.touches(bounds) && (planes.is_empty() || convex::distance_m(bounds, planes, ball.center) <= ball.radius_m)
     }
 
     /// The cells whose boxes meet a box, rising.
@@ -379,6 +394,15 @@ mod tests {
             radius_m: 0.1,
         };
         assert_eq!(cells.under(&high), [CellId(0)], "the nearest when none is touched");
+        let inside = Ball {
+            center: [3.5, 0.5, 7.5],
+            ..high
+        };
+        assert_eq!(
+            cells.under_any(&[inside, high]),
+            [CellId(0), CellId(143)],
+            "each that touches none has its nearest"
+        );
     }
 
     #[test]

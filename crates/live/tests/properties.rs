@@ -22,6 +22,7 @@ enum Step {
     Jump { who: usize, to: f64 },
     Look { who: usize, enter_m: f64 },
     Resync { who: usize },
+    Ears { who: usize, listens: bool },
     Gate { border: u32, open: bool },
     Nothing,
 }
@@ -32,7 +33,8 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
         8 => (who.clone(), -0.2..0.2f64).prop_map(|(who, by_m)| Step::Walk { who, by_m }),
         1 => (who.clone(), 0.0..f64::from(CELLS)).prop_map(|(who, to)| Step::Jump { who, to }),
         1 => (who.clone(), 0.5..8.0f64).prop_map(|(who, enter_m)| Step::Look { who, enter_m }),
-        1 => who.prop_map(|who| Step::Resync { who }),
+        1 => who.clone().prop_map(|who| Step::Resync { who }),
+        1 => (who, any::<bool>()).prop_map(|(who, listens)| Step::Ears { who, listens }),
         2 => (1..CELLS, any::<bool>()).prop_map(|(border, open)| Step::Gate { border, open }),
         2 => Just(Step::Nothing),
     ];
@@ -52,6 +54,8 @@ struct Play {
     x: Vec<f64>,
     hushed_until: BTreeMap<SessionId, (f64, f64, i64)>,
     enter_m: Vec<f64>,
+    /// Whether they hear what they are told.
+    listens: Vec<bool>,
 }
 
 impl Play {
@@ -64,6 +68,7 @@ impl Play {
             people,
             hushed_until: BTreeMap::new(),
             enter_m: vec![100.0; x.len()],
+            listens: vec![true; x.len()],
             x,
         }
     }
@@ -84,6 +89,13 @@ impl Play {
                 self.enter_m[who] = enter_m;
             }
             Step::Resync { who } => self.stage.resync(self.people[who]),
+            Step::Ears { who, listens } if listens != self.listens[who] => {
+                self.stage.ears(self.people[who], listens);
+                self.listens[who] = listens;
+                // Who cannot be woken talks on.
+                self.hushed_until.remove(&self.people[who]);
+            }
+            Step::Ears { .. } => {}
             Step::Gate { border, open } => self.stage.gate(border, open),
             Step::Nothing => {}
         }
@@ -105,6 +117,7 @@ impl Play {
                 }
             }
             let now_ms = self.stage.now_ms;
+            let promised = promised.filter(|_| self.listens[who]);
             let silent = promised.is_some_and(|(at, radius_m, until_ms)| {
                 now_ms + 100 < until_ms && (self.x[who] - at).abs() <= radius_m
             });
@@ -147,9 +160,9 @@ impl Play {
                 let object = self.stage.avatar(*other);
                 let (there, away_m) = (self.x[b], (eye - self.x[b]).abs());
                 let shown = belief.shown.get(&object);
-                let must = self.stage.sees(eye, there, 0.0) && away_m < self.enter_m[a] - 0.3;
+                let must = self.listens[a] && self.stage.sees(eye, there, 0.0) && away_m < self.enter_m[a] - 0.3;
                 // A round trip and a tick on both sides.
-                let may = self.stage.sees(eye, there, 1.2);
+                let may = self.listens[a] && self.stage.sees(eye, there, 1.2);
                 prop_assert!(
                     shown.is_some() || !must,
                     "{session} at {eye} misses {object} at {there}"
@@ -233,6 +246,74 @@ proptest! {
         for _ in 0..30 {
             stage.tick();
             prop_assert!(stage.beliefs[&eye].shown.contains_key(&object));
+        }
+    }
+
+    #[test]
+    fn whoever_sees_where_a_silent_mover_was_heard_of_last_is_told_of_it(
+        from in 0.0..f64::from(CELLS),
+        strides in prop::collection::vec(-1.0..1.0f64, 1..8),
+        states_mps in prop::option::of(-10.0..10.0f64),
+        watching in prop::collection::vec(0.0..f64::from(CELLS), 1..5),
+        coming in prop::collection::vec((0..45usize, 0.0..f64::from(CELLS)), 0..4),
+    ) {
+        // Rooms without doors: an extrapolation leads through walls.
+        let mut stage = Stage::row(CELLS, 0);
+        let mut eyes: Vec<_> = watching.iter().map(|x| (stage.enter(*x), *x)).collect();
+        let (mover, mut x) = (stage.mover(from, 10.0, None), from);
+        stage.tick();
+        for by_m in strides {
+            x = (x + by_m).clamp(0.0, f64::from(CELLS));
+            stage.drive(mover, x, states_mps);
+            stage.tick();
+        }
+        for ticks in 0..45 {
+            let now = coming.iter().filter(|(at, _)| *at == ticks);
+            eyes.extend(now.map(|(_, x)| (stage.enter(*x), *x)).collect::<Vec<_>>());
+            stage.tick();
+            for (session, eye) in &eyes {
+                let told = stage.beliefs[session].shown.get(&mover);
+                prop_assert!(
+                    told.is_some() || !stage.sees(*eye, x, 0.0),
+                    "{session} at {eye} misses what was at {x} when it spoke last, {ticks} ticks ago"
+                );
+                // What was no more than an estimate has ended.
+                let stands = ticks > 12 && states_mps.is_none();
+                prop_assert!(told.is_none_or(|pose| !stands || pose.position_at(stage.now_ms)[0] == x));
+            }
+        }
+    }
+
+    #[test]
+    fn whoever_sees_where_a_silent_participant_was_heard_of_last_is_told_of_it(
+        from in 0.0..f64::from(CELLS),
+        strides in prop::collection::vec(-0.2..0.2f64, 1..20),
+        watching in prop::collection::vec(0.0..f64::from(CELLS), 1..5),
+        coming in prop::collection::vec((0..45usize, 0.0..f64::from(CELLS)), 0..4),
+    ) {
+        let mut stage = Stage::row(CELLS, 0);
+        let mut eyes: Vec<_> = watching.iter().map(|x| (stage.enter(*x), *x, 0)).collect();
+        let (walker, mut x) = (stage.enter(from), from);
+        let avatar = stage.avatar(walker);
+        stage.tick();
+        for by_m in strides {
+            x = (x + by_m).clamp(0.0, f64::from(CELLS));
+            stage.pose(walker, x);
+            stage.tick();
+        }
+        for ticks in 0..45 {
+            let now = coming.iter().filter(|(at, _)| *at == ticks);
+            eyes.extend(now.map(|(_, x)| (stage.enter(*x), *x, ticks)).collect::<Vec<_>>());
+            stage.tick();
+            for (session, eye, since) in &eyes {
+                let told = stage.beliefs[session].shown.contains_key(&avatar);
+                // It is given a round trip to answer to being woken, and does not.
+                let due = *since == 0 || ticks - since > 3;
+                prop_assert!(
+                    told || !due || !stage.sees(*eye, x, 0.0),
+                    "{session} at {eye} misses what was at {x} when it spoke last, {ticks} ticks ago"
+                );
+            }
         }
     }
 

@@ -8,7 +8,7 @@ use belvedere_live::{
     cells::{Hidden, distance_m},
     event::{Event, Gone, Void},
     journal::replay::Replay,
-    world::Rules,
+    world::{Rules, Sent},
 };
 use belvedere_scene::{
     Bounds, CellId, ObjectId,
@@ -388,9 +388,39 @@ fn after_a_resync_everything_is_told_again() {
     stage.tick();
     stage.resync(a);
     let events = stage.all(a);
-    let names: Vec<_> = events.iter().rev().take(3).rev().map(Event::name).collect();
-    assert_eq!(names, ["resync", "cell", "object-info"]);
+    let names: Vec<_> = events.iter().rev().take(2).rev().map(Event::name).collect();
+    assert_eq!(names, ["resync", "object-info"]);
     assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+}
+
+#[test]
+fn who_does_not_listen_is_told_nothing_and_wakes_nobody_and_is_told_all_when_it_does() {
+    let mut stage = Stage::rooms(5);
+    let (deaf, other) = (stage.enter(0.4), stage.enter(0.6));
+    stage.ears(deaf, false);
+    stage.tick();
+    let told = stage.all(deaf).len();
+    assert!(stage.stand(other).is_some(), "who is not told of it cannot see it");
+    stage.walk(deaf, 1.4, 1.0);
+    assert_eq!(stage.seen_by(other), [stage.avatar(deaf)], "its poses move its avatar");
+    assert_eq!((stage.count(other, "wake"), stage.seen_by(deaf)), (0, vec![]));
+    assert_eq!(stage.all(deaf).len(), told + 1, "the cell that it has come to");
+    stage.ears(deaf, true);
+    assert_eq!(stage.count(other, "wake"), 1);
+    stage.stand(other);
+    stage.tick();
+    assert_eq!(stage.seen_by(deaf), [stage.avatar(other)]);
+    // Whose owner does not hear cannot be woken.
+    let third = stage.enter(4.5);
+    stage.ears(other, false);
+    stage.tick();
+    stage.leave(deaf);
+    stage.silence(3_000);
+    assert!(stage.seen_by(third).is_empty());
+    let comes = stage.enter(1.5);
+    stage.tick();
+    assert_eq!(stage.seen_by(comes), [stage.avatar(other)]);
+    assert_eq!(stage.count(other, "wake"), 2, "it is told when somebody listens again");
 }
 
 #[test]
@@ -415,6 +445,35 @@ fn who_stays_in_a_corner_is_silent_for_minutes_and_who_leaves_it_gets_a_larger_o
         larger.tbv.radius_m > 1.5 * corner.tbv.radius_m,
         "{larger:?} after {corner:?}"
     );
+}
+
+#[test]
+fn who_says_how_it_moves_and_how_fast_that_changes_is_put_away_in_a_smaller_volume() {
+    let mut stage = Stage::rooms(60);
+    stage.enter(0.5);
+    let mut lazy = |velocity_mps: Option<f64>| {
+        let sent = Sent {
+            velocity: velocity_mps.map(|mps| [mps, 0.0, 0.0]),
+            ..stage.sent(30.5)
+        };
+        let (object, hush) = stage.create(sent, 5.0, Some(0.5));
+        (object, hush.expect("nobody can see it").tbv.radius_m)
+    };
+    // Half of 0.5 m/s² in two seconds, squared; what comes with 5 m/s.
+    let ((said, by_acceleration), (unsaid, by_speed)) = (lazy(Some(0.0)), lazy(None));
+    assert_eq!([by_acceleration, by_speed], [1.0, 10.0]);
+    let smaller = stage.drive(unsaid, 30.6, Some(0.0)).expect("nobody can see it");
+    assert_eq!(
+        (smaller.tbv.center[0], smaller.tbv.radius_m),
+        (30.6, 1.0),
+        "once it says how it moves"
+    );
+    // It does not change with each pose.
+    stage.now_ms += 100;
+    let same = stage.drive(unsaid, 30.7, Some(0.0)).expect("nobody can see it");
+    assert_eq!(same.tbv, smaller.tbv);
+    let same = stage.drive(said, 30.7, Some(1.0)).expect("nobody can see it");
+    assert_eq!((same.tbv.center[0], same.tbv.radius_m), (30.5, 1.0));
 }
 
 #[test]

@@ -6,7 +6,7 @@
 //! proof was found the telling is *undecided*.
 //!
 //! A *miss*: a mover is in plain view of a participant, well inside the area of interest, and for a few ticks on end the
-//! session was not told of it. Who has said nothing for two ticks may be anywhere, and is not missed.
+//! session was not told of it. Who says nothing is where it said last: that is what others are to be told until it speaks.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -83,11 +83,7 @@ impl Judge {
     }
 
     fn suspect(&mut self, account: &Account, sights: &Sights, now_ms: Ms) {
-        let people: Vec<_> = account
-            .people
-            .iter()
-            .filter(|(_, person)| person.hears_movers)
-            .collect();
+        let people: Vec<_> = account.people.iter().filter(|(_, person)| person.hears()).collect();
         let untold = |(session, person): &(&SessionId, &Person)| {
             let others = account
                 .movers
@@ -110,7 +106,8 @@ impl Judge {
     }
 
     fn convict(&mut self, account: &Account, sights: &Sights, now_ms: Ms) {
-        let in_time_ms = TICKS_TO_TELL * account.rules.tick_ms;
+        // An owner that was woken has a round trip to say where its mover is.
+        let in_time_ms = TICKS_TO_TELL * account.rules.tick_ms + account.rules.round_trip_ms;
         let suspects = std::mem::take(&mut self.suspects);
         for ((session, object), since_ms) in suspects {
             let Some(person) = account.people.get(&session) else {
@@ -140,7 +137,7 @@ fn finding(account: &Account, session: SessionId, object: ObjectId, now_ms: Ms) 
         eye: account.movers.get(&person.avatar)?.position(now_ms),
         position: mover.position(now_ms),
         eye_cells: person.eyes.0.clone(),
-        cells: account.cells.under(&mover.ball(now_ms, account.rules.tick_ms)),
+        cells: mover.cells(&account.cells, now_ms, account.rules.tick_ms),
     })
 }
 
@@ -177,9 +174,8 @@ fn is_due(account: &Account, session: SessionId, person: &Person, object: Object
     let (eye, there) = (avatar.position(now_ms), mover.position(now_ms));
     let margin_m = avatar.ball(now_ms, tick_ms).radius_m + mover.ball(now_ms, tick_ms).radius_m;
     mover.owner != Some(session)
+        && person.hears()
         && !person.shown.contains(&object)
-        && avatar.is_there(now_ms, tick_ms)
-        && mover.is_there(now_ms, tick_ms)
         && distance_m(eye, there) < person.aoi.enter_m - margin_m
 }
 

@@ -50,6 +50,9 @@ pub(super) struct Args {
     /// Hunt sight lines between at most so many pairs of cells of a scene; what is told beyond that is undecided
     #[arg(long, value_name = "PAIRS", default_value_t = 1_000)]
     hunts: usize,
+    /// Exit with 1 also when it stays undecided of something that was told whether it could be seen
+    #[arg(long)]
+    fail_on_undecided: bool,
     #[command(flatten)]
     place: PlaceArgs,
     /// Print the result as JSON
@@ -86,7 +89,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     } else {
         print(&report.text())?;
     }
-    match report.verdict() {
+    match report.verdict(args.fail_on_undecided) {
         Some(verdict) => anyhow::bail!(verdict),
         None => Ok(()),
     }

@@ -97,16 +97,30 @@ impl Report {
         for scene in &self.scenes {
             scene.details(&mut text);
         }
-        text
+        text + "\n" + &self.summary()
     }
 
-    /// What is wrong, if anything is.
-    pub(super) fn verdict(&self) -> Option<String> {
-        let sum = |count: fn(&SceneReport) -> usize| self.scenes.iter().map(count).sum::<usize>();
-        let (leaks, misses) = (sum(|s| s.leaks.count), sum(|s| s.misses.count));
-        let differences = sum(|s| s.differences.count);
-        (leaks + misses + differences > 0)
-            .then(|| format!("{leaks} leaks, {misses} misses, {differences} entries that come out otherwise"))
+    fn sum(&self, count: fn(&SceneReport) -> usize) -> usize {
+        self.scenes.iter().map(count).sum()
+    }
+
+    /// How much is wrong or may be.
+    fn summary(&self) -> String {
+        let told: u64 = self.scenes.iter().map(|scene| scene.told).sum();
+        format!(
+            "{} leaks, {} of {told} tellings undecided, {} misses, {} entries that come out otherwise",
+            self.sum(|scene| scene.leaks.count),
+            self.sum(|scene| scene.undecided.count),
+            self.sum(|scene| scene.misses.count),
+            self.sum(|scene| scene.differences.count),
+        )
+    }
+
+    /// What is wrong, if anything is; to leave something open may be wrong too.
+    pub(super) fn verdict(&self, undecided_too: bool) -> Option<String> {
+        let wrong = self.sum(|scene| scene.leaks.count + scene.misses.count + scene.differences.count);
+        let open = self.sum(|scene| scene.undecided.count);
+        (wrong > 0 || undecided_too && open > 0).then(|| self.summary())
     }
 }
 

@@ -40,6 +40,7 @@ struct Asked {
     t_ms: Option<Time>,
     position: Option<[f64; 3]>,
     orientation: Option<[f64; 4]>,
+    velocity: Option<[f64; 3]>,
     avatar: Option<ObjectId>,
     name: Option<String>,
     radius_m: Option<f64>,
@@ -55,6 +56,7 @@ impl Asked {
         let given = [
             ("/position", self.position.is_some()),
             ("/orientation", self.orientation.is_some()),
+            ("/velocity", self.velocity.is_some()),
             ("/t_ms", self.t_ms.is_some()),
             ("/max_speed_mps", self.max_speed_mps.is_some()),
             ("/max_acceleration_mps2", self.max_acceleration_mps2.is_some()),
@@ -62,7 +64,7 @@ impl Asked {
         match given.iter().find(|(_, given)| *given) {
             Some((pointer, _)) => Err(ApiError::bad_body(
                 *pointer,
-                "the trajectory says where the mover is, and how fast; leave out position, orientation, t_ms and promises",
+                "the trajectory says where the mover is, and how fast; leave out position, orientation, velocity, t_ms and promises",
             )),
             None => Ok(()),
         }
@@ -136,7 +138,7 @@ pub(in crate::http) async fn create(
         t_ms: asked.t_ms,
         position,
         orientation: asked.orientation,
-        velocity: None,
+        velocity: asked.velocity,
         acceleration: None,
     };
     let begin_ms = live.now_ms();

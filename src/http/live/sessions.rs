@@ -49,6 +49,7 @@ struct Asked {
     t_ms: Option<Time>,
     position: [f64; 3],
     orientation: Option<[f64; 4]>,
+    velocity: Option<[f64; 3]>,
     aoi: Option<Object<Aoi>>,
     avatar: Option<ObjectId>,
     name: Option<String>,
@@ -111,7 +112,7 @@ pub(in crate::http) async fn open(
         t_ms: asked.t_ms,
         position: asked.position,
         orientation: asked.orientation,
-        velocity: None,
+        velocity: asked.velocity,
         acceleration: None,
     };
     let wants = |what| match &asked.include {
@@ -125,6 +126,7 @@ pub(in crate::http) async fn open(
         max_acceleration_mps2: asked.max_acceleration_mps2,
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
         hears_movers: wants(Included::Movers),
+        listens: false,
         look: look(&published, asked.avatar, asked.name).await?,
     };
     let opened = live.open(&scene, participant, wants(Included::Static)).await?;

@@ -52,7 +52,7 @@ const PIECE_BYTES: usize = 32 << 10;
 #[derive(Debug, Default)]
 pub(super) struct Outbox {
     state: Mutex<State>,
-    somebody_missed: Arc<AtomicBool>,
+    readers_changed: Arc<AtomicBool>,
 }
 
 #[derive(Debug)]
@@ -108,9 +108,9 @@ impl Default for State {
 }
 
 impl Outbox {
-    /// An empty one, which says to whoever looks after several of them that a reader has missed something.
+    /// An empty one, which says to whoever looks after several of them that a reader has come or missed something.
     /// Of a session that was taken up, what others have told is void.
-    pub(super) fn new(somebody_missed: Arc<AtomicBool>, taken: u64) -> Self {
+    pub(super) fn new(readers_changed: Arc<AtomicBool>, taken: u64) -> Self {
         let state = State {
             told: Told::after(taken),
             missed: (taken > 0).then_some(Void::Missed),
@@ -118,7 +118,7 @@ impl Outbox {
         };
         Self {
             state: Mutex::new(state),
-            somebody_missed,
+            readers_changed,
         }
     }
 
@@ -160,7 +160,7 @@ impl Outbox {
         state.queue.push_back(Said { name, data });
         if state.queue_bytes > state.most_bytes() {
             state.miss(Void::Missed);
-            self.somebody_missed.store(true, Ordering::Release);
+            self.readers_changed.store(true, Ordering::Release);
         }
         state.wake();
         None
@@ -176,6 +176,12 @@ impl Outbox {
     pub(super) fn wants_resync(&self) -> Option<Void> {
         let state = self.state();
         state.missed.filter(|_| state.reader.attached)
+    }
+
+    /// Whether what is said will be heard: by a reader that is there, or by one that was cut off and has missed nothing yet.
+    pub(super) fn listens(&self) -> bool {
+        let state = self.state();
+        state.reader.attached || state.reader.number > 0 && state.missed.is_none()
     }
 
     /// The session has ended: its reader hears what waits, and then the end.
@@ -205,15 +211,13 @@ impl Outbox {
             Some(_) => state.miss(Void::Missed),
             None => state.miss(Void::Unknown),
         }
-        if state.missed.is_some() {
-            self.somebody_missed.store(true, Ordering::Release);
-        }
         state.wake();
         state.last_sign = Instant::now();
         state.reader = Reader {
             attached: true,
             ..Reader::none(state.reader.number + 1)
         };
+        self.readers_changed.store(true, Ordering::Release);
         state.reader.number
     }
 

@@ -336,3 +336,19 @@ fn many_hear_at_once_each_in_its_own_order() {
         }
     }
 }
+
+#[test]
+fn what_is_said_is_heard_by_who_is_there_or_has_missed_nothing_yet() {
+    let outbox = Outbox::default();
+    assert!(!outbox.listens(), "nobody has come yet");
+    let reader = outbox.attach(None);
+    assert!(outbox.listens());
+    outbox.detach(reader);
+    outbox.push(&gone());
+    assert!(outbox.listens(), "it waits for whoever was cut off");
+    let infos = QUEUE_BYTES / 16;
+    (0..infos).for_each(|_| outbox.push(&gone()));
+    assert!(!outbox.listens());
+    outbox.attach(Some(0));
+    assert!(outbox.listens() && outbox.wants_resync().is_some());
+}

@@ -151,6 +151,8 @@ struct Person {
     outbox: Arc<Outbox>,
     poses: Bucket,
     view: Option<watch::Sender<View>>,
+    /// What the rules know of whether somebody listens.
+    listens: bool,
     /// Where it stands, or how far it looks, has changed since that was kept.
     moved: bool,
 }
@@ -245,6 +247,11 @@ impl Stage {
         with_statics: bool,
     ) -> Result<(Seen, Ms), LiveError> {
         let (position, aoi) = (visitor.pose.position, visitor.aoi);
+        // Until a stream is opened nobody does.
+        let visitor = Visitor {
+            listens: false,
+            ..visitor
+        };
         self.learn(self.world.unknown_at(position, visitor.max_speed_mps))
             .await?;
         let now_ms = self.live.now_ms();
@@ -269,6 +276,7 @@ impl Stage {
             outbox,
             poses: Bucket::full(POSES.0, POSES.1, now_ms),
             view,
+            listens: false,
             moved: false,
         };
         self.people.insert(session, person);

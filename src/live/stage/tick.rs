@@ -33,12 +33,27 @@ impl Stage {
         }
         self.end_silent_movers(handle);
         self.moved = false;
+        let looks = handle.take_readers_changed();
+        if looks {
+            self.attend();
+        }
         self.world.tick(self.live.now_ms());
         self.ticked = true;
         self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
         self.keep_stands();
-        if handle.take_somebody_missed() {
+        if looks {
             self.resync().await;
+        }
+    }
+
+    /// Says whose readers have come, and whose have missed so much that there is nothing to be told until they come back.
+    fn attend(&mut self) {
+        let now_ms = self.live.now_ms();
+        for (session, person) in &mut self.people {
+            let listens = person.outbox.listens();
+            if std::mem::replace(&mut person.listens, listens) != listens {
+                self.world.listens(*session, listens, now_ms);
+            }
         }
     }
 

@@ -81,6 +81,7 @@ fn simulate(people: u32, crowd: Option<Crowding>) -> Outcome {
                 radius_m: 0.3,
                 look: Look::default(),
                 hears_movers: true,
+                listens: true,
             };
             world
                 .open(SessionId(u64::from(i)), object, visitor, now_ms)

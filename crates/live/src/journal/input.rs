@@ -106,6 +106,11 @@ pub enum Input {
         session: SessionId,
         reason: Void,
     },
+    /// [`World::listens`](crate::World::listens).
+    Listens {
+        session: SessionId,
+        listens: bool,
+    },
     Rebase {
         ground: Ground,
         /// What is seen from wherever somebody stands.

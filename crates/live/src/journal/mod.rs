@@ -238,6 +238,13 @@ impl Journal {
         self.write(now_ms, input, Answer::Done);
     }
 
+    /// [`World::listens`].
+    pub fn listens(&mut self, session: SessionId, listens: bool, now_ms: Ms) {
+        let input = self.input(|| Input::Listens { session, listens });
+        self.world.listens(session, listens, now_ms);
+        self.write(now_ms, input, Answer::Done);
+    }
+
     /// [`World::rebase`], to cells that see from wherever somebody stands what `sights` say.
     pub fn rebase(&mut self, ground: &Ground, sights: &[(CellId, Vec<CellId>)], now_ms: Ms) {
         let input = self.input(|| Input::Rebase {

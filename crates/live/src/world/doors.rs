@@ -132,7 +132,7 @@ impl World {
     /// Asks what closed doors hide from where a participant is or may soon be.
     pub(super) fn ask_ahead(&mut self, id: SessionId) {
         let closed = self.doors.values().any(|door| !door.open);
-        let Some(session) = self.sessions.get(&id).filter(|session| closed && session.hears_movers) else {
+        let Some(session) = self.sessions.get(&id).filter(|session| closed && session.hears()) else {
             return;
         };
         let avatar = &self.movers[&session.object];

@@ -92,10 +92,24 @@ impl World {
         }
     }
 
-    /// Where a mover can be until then, and the cells that this touches.
-    fn volume(&self, mover: &Mover, now_ms: Ms, until_ms: Ms) -> (Tbv, Vec<CellId>) {
-        // Who has been silent for longer is where the extrapolation says: it would have spoken otherwise.
-        let fresh = now_ms - mover.pose.t_ms <= self.rules.grace_ms;
+    /// Whether how a mover moves, as it says now, allows a volume that is at most half as large and serves as long.
+    pub(super) fn knows_better(&self, object: ObjectId, tbv: &Tbv, now_ms: Ms) -> bool {
+        let mover = &self.movers[&object];
+        let until_ms = now_ms + mover.validity.ms();
+        mover.velocity_is_said
+            && mover.max_acceleration_mps2.is_some()
+            && 2.0 * self.ball(mover, now_ms, until_ms).radius_m <= tbv.radius_m
+    }
+
+    /// Whether a mover was heard of lately. Who has been silent for longer is where the extrapolation says: it would have spoken
+    /// otherwise.
+    fn is_fresh(&self, mover: &Mover, now_ms: Ms) -> bool {
+        now_ms - mover.pose.t_ms <= self.rules.grace_ms
+    }
+
+    /// Where a mover that follows no known way can be until then.
+    fn ball(&self, mover: &Mover, now_ms: Ms, until_ms: Ms) -> Tbv {
+        let fresh = self.is_fresh(mover, now_ms);
         let (position, since_ms) = if fresh {
             (mover.pose.position, mover.pose.t_ms)
         } else {
@@ -105,9 +119,14 @@ impl World {
         let by_speed = Tbv::around(position, mover.max_speed_mps, elapsed_ms);
         let moving = mover.max_acceleration_mps2.filter(|_| fresh && mover.velocity_is_said);
         let by_acceleration = moving.map(|most_mps2| Tbv::ahead(position, mover.pose.velocity, most_mps2, elapsed_ms));
-        let tbv = by_acceleration
+        by_acceleration
             .filter(|tbv| tbv.radius_m < by_speed.radius_m)
-            .unwrap_or(by_speed);
+            .unwrap_or(by_speed)
+    }
+
+    /// Where a mover can be until then, and the cells that this touches.
+    fn volume(&self, mover: &Mover, now_ms: Ms, until_ms: Ms) -> (Tbv, Vec<CellId>) {
+        let tbv = self.ball(mover, now_ms, until_ms);
         let Some(way) = &mover.way else {
             // Who leaves it has gone on before that is heard here, as far as who is awake.
             let late_m = if mover.is_heard_when_it_leaves() {
@@ -115,7 +134,15 @@ impl World {
             } else {
                 0.0
             };
-            return (tbv, self.cells.under(&tbv.grown(mover.radius_m + late_m)));
+            let ball = tbv.grown(mover.radius_m + late_m);
+            let cells = if self.is_fresh(mover, now_ms) {
+                self.cells.under(&ball)
+            } else {
+                // It may have stopped before what it is extrapolated through.
+                let (_, last) = self.rules.mover_balls(mover, now_ms);
+                self.cells.under_any(&[ball, last])
+            };
+            return (tbv, cells);
         };
         let mut cells: Vec<_> = way
             .swept(now_ms, until_ms)
@@ -136,31 +163,33 @@ impl World {
         (tbv, cells)
     }
 
-    /// A session has started to watch a cell of a hushed mover.
+    /// A session has started to watch a cell of a mover that was put away. Whoever can be woken is, and has a round trip to say
+    /// where its mover is by now; of all others, and of who does not answer, the last pose counts.
     pub(super) fn expose(&mut self, object: ObjectId, now_ms: Ms) {
         let Some(mover) = self.movers.get_mut(&object) else {
             return;
         };
-        if !matches!(mover.state, State::Hushed { .. }) {
-            return;
+        let until_ms = now_ms + self.rules.round_trip_ms;
+        match mover.state {
+            State::Awake => return,
+            State::Asked { until_ms: before } => {
+                let until_ms = until_ms.min(before);
+                return self.enter(object, State::Asked { until_ms });
+            }
+            State::Hushed { .. } => mover.validity.shorten(),
         }
-        mover.validity.shorten();
-        let known = mover.way.is_some() || mover.max_speed_mps == 0.0;
-        let (owner, fresh) = (mover.owner, now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms);
-        if let Some(owner) = owner.filter(|_| !known) {
+        let moves = mover.way.is_none() && mover.max_speed_mps > 0.0;
+        let fresh = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;
+        let mut is_heard = false;
+        if let Some(owner) = mover.owner.filter(|_| moves) {
+            is_heard = self.sessions.get(&owner).is_some_and(|session| session.listens);
             self.say(owner, Event::Wake { object });
         }
-        if known || fresh {
+        if fresh || !is_heard {
             self.rouse(object, now_ms);
         } else {
-            self.wait_for(object, now_ms);
+            self.enter(object, State::Asked { until_ms });
         }
-    }
-
-    /// Its owner is about to speak.
-    fn wait_for(&mut self, object: ObjectId, now_ms: Ms) {
-        let until_ms = now_ms + self.rules.grace_ms;
-        self.enter(object, State::Asked { until_ms });
     }
 
     /// A volume has expired, or an owner that was asked has said nothing.
@@ -173,9 +202,10 @@ impl World {
             mover.validity.lengthen();
         }
         let spoken = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;
-        if expired && mover.way.is_none() && !spoken && mover.max_speed_mps > 0.0 {
+        if expired && mover.is_heard_when_it_leaves() && !spoken && mover.max_speed_mps > 0.0 {
             // The owner knows when.
-            self.wait_for(object, now_ms);
+            let until_ms = now_ms + self.rules.grace_ms;
+            self.enter(object, State::Asked { until_ms });
             return;
         }
         self.rouse(object, now_ms);

@@ -52,7 +52,8 @@ use crate::{
 pub struct Rules {
     /// Time between ticks.
     pub tick_ms: Ms,
-    /// From a pose in a participant's hands to an event there: visibility is widened by what it moves meanwhile.
+    /// From a pose in a participant's hands to an event there: visibility is widened by what it moves meanwhile, and an owner that
+    /// was woken is waited for so long.
     pub round_trip_ms: Ms,
     /// Whoever has entered an area of interest stays for this long.
     pub shortest_stay_ms: Ms,
@@ -60,7 +61,7 @@ pub struct Rules {
     pub longest_tbv_ms: Ms,
     /// A volume of a mover whose owner cannot be woken lasts no longer.
     pub longest_unheard_tbv_ms: Ms,
-    /// How long an owner that was woken is waited for.
+    /// How long an owner is waited for whose promise has run out.
     pub grace_ms: Ms,
     /// Poses for one session, in bytes a second.
     pub bytes_per_s: f64,
@@ -273,7 +274,10 @@ impl World {
     }
 
     fn say(&mut self, session: SessionId, event: Event) {
-        if self.sessions.contains_key(&session) {
+        // What may be relied on is not said to who might hear of it when it is void; that it is void must be.
+        let waits = !matches!(event, Event::Hush(_));
+        let session_listens = self.sessions.get(&session).map(|session| session.listens);
+        if session_listens.is_some_and(|listens| listens || waits) {
             self.events.push((session, event));
         }
     }

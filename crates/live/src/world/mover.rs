@@ -9,7 +9,7 @@ use belvedere_scene::{Bounds, CellId, ObjectId, object::ObjectInfo};
 
 use serde::{Deserialize, Serialize};
 
-use super::{check::SLACK, clock::SenderClock};
+use super::{check::SLACK, clock::SenderClock, movers::LONGEST_STEP_MS};
 use crate::{
     Ms,
     event::{Attention, Moving, SessionId, Told},
@@ -64,6 +64,14 @@ pub(super) enum State {
 impl Mover {
     pub(super) fn is_awake(&self) -> bool {
         self.state == State::Awake
+    }
+
+    /// Who fell silent, and never said how fast it goes, has stopped where it was heard of last.
+    pub(super) fn rest(&mut self, now_ms: Ms) {
+        let silent = now_ms - self.pose.t_ms >= LONGEST_STEP_MS;
+        if silent && self.way.is_none() && !self.velocity_is_said {
+            self.pose = Pose::resting(self.pose.t_ms, self.pose.position, self.pose.orientation);
+        }
     }
 
     /// Where it is now: where its pose leads, and no further away than it promised to come meanwhile.

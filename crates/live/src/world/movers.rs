@@ -169,6 +169,9 @@ impl World {
                 // Who speaks just before the end gets the next promise with the answer.
                 if until_ms - now_ms <= RENEWAL_TICKS * self.rules.tick_ms {
                     self.renew(object, tbv, now_ms);
+                } else if self.knows_better(object, &tbv, now_ms) {
+                    // The caller has it settle again.
+                    self.rouse(object, now_ms);
                 }
             }
             State::Hushed { .. } => {
@@ -197,13 +200,18 @@ impl World {
         let Some(mover) = self.movers.get_mut(&object) else {
             return;
         };
-        if let Some(way) = &mover.way {
-            mover.pose = way.pose_at(now_ms);
+        match &mover.way {
+            Some(way) => mover.pose = way.pose_at(now_ms),
+            None => mover.rest(now_ms),
         }
-        let ball = self.rules.mover_ball(&self.movers[&object], now_ms);
-        let cells = self.cells.under(&ball);
-        if let (Some(crowd), Some(mover)) = (&mut self.crowd, self.movers.get(&object)) {
-            crowd.put(object, ball.center, mover.radius_m);
+        let (now, last) = self.rules.mover_balls(mover, now_ms);
+        let cells = if now == last {
+            self.cells.under(&now)
+        } else {
+            self.cells.under_any(&[now, last])
+        };
+        if let Some(crowd) = &mut self.crowd {
+            crowd.put(object, now.center, mover.radius_m);
         }
         self.register(object, cells);
         self.stirred_movers.insert(object);

@@ -21,7 +21,9 @@ pub(super) struct Session {
     /// The participant's own mover.
     pub(super) object: ObjectId,
     pub(super) aoi: Aoi,
-    pub(super) hears_movers: bool,
+    hears_movers: bool,
+    /// Somebody does, or will before what is said meanwhile is lost.
+    pub(super) listens: bool,
     pub(super) eye: Eye,
     /// Movers that it is told of.
     pub(super) shown: BTreeMap<ObjectId, Shown>,
@@ -58,6 +60,7 @@ impl Session {
             object,
             aoi,
             hears_movers,
+            listens: true,
             eye: Eye::default(),
             shown: BTreeMap::new(),
             remembered: VecDeque::new(),
@@ -67,6 +70,11 @@ impl Session {
             restless: false,
             told_from: None,
         }
+    }
+
+    /// Whether it is to be told of movers and doors.
+    pub(super) fn hears(&self) -> bool {
+        self.hears_movers && self.listens
     }
 
     /// Something that it sees, or how it looks, may have changed: it is put among those for which that is so, once.

@@ -36,6 +36,13 @@ pub struct Visitor {
     pub look: Look,
     /// Whether it wants to hear of movers and doors.
     pub hears_movers: bool,
+    /// Whether somebody listens from the beginning ([`World::listens`]).
+    #[serde(default = "at_once")]
+    pub listens: bool,
+}
+
+fn at_once() -> bool {
+    true
 }
 
 /// How a participant stands, without motion, and how far it looks.
@@ -89,7 +96,8 @@ impl World {
         };
         self.add(object, Some(id), avatar, now_ms)?;
         let second = self.rules.bytes_per_s;
-        let session = Session::new(object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
+        let mut session = Session::new(object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
+        session.listens = new.listens;
         self.sessions.insert(id, Box::new(session));
         self.look(id, now_ms);
         self.seen(id, false, now_ms)
@@ -185,9 +193,26 @@ impl World {
         }
     }
 
-    /// Forgets what a session was told, and tells everything again.
+    /// From now on somebody listens to a session, or nobody does, and what was told before is void. Whoever is told of nothing
+    /// watches nothing, so that it costs others nothing; whoever comes is told of all that it sees at the next tick.
+    pub fn listens(&mut self, id: SessionId, listens: bool, now_ms: Ms) {
+        let session = self.sessions.get_mut(&id);
+        let Some(session) = session.filter(|session| session.listens != listens) else {
+            return;
+        };
+        session.listens = listens;
+        session.forget();
+        for object in std::mem::take(&mut session.shown).into_keys() {
+            if let Some(mover) = self.movers.get_mut(&object) {
+                mover.shown_to.remove(&id);
+            }
+        }
+        self.gone.retain(|(session, _), _| *session != id);
+        self.look(id, now_ms);
+    }
+
+    /// Forgets what a session was told, and tells everything again; the caller greets it, and says in which cell it is.
     pub fn resync(&mut self, id: SessionId, reason: Void, now_ms: Ms) {
-        let Ok(place) = self.place_of(id) else { return };
         let Some(session) = self.sessions.get_mut(&id) else {
             return;
         };
@@ -204,7 +229,6 @@ impl World {
             infos.push(Event::ObjectInfo(Box::new(mover.told(*object, shown.attention))));
         }
         self.say(id, Event::Resync { reason });
-        self.say(id, Event::Cell { cell: place.cell });
         infos.into_iter().for_each(|info| self.say(id, info));
         self.tell_doors(id);
     }
@@ -219,7 +243,7 @@ impl World {
         let mut eye = session
             .eye
             .look(&self.cells, &ball, session.aoi.leave_m, self.largest_m);
-        if !session.hears_movers {
+        if !session.hears() {
             eye.watched.clear();
         }
         let before = std::mem::replace(&mut session.eye, eye).watched;

@@ -2,7 +2,7 @@
 //!
 //! A participant sees into the cells that can be seen from its own cell, and from those that it may have reached before
 //! the next event arrives: within its speed times a round trip. A mover is in the cells that its ball touches, widened
-//! by what it moves in a tick. The mover is told of when one of its cells is seen into and it is inside the area of
+//! by what it moves in a tick, where its pose leads and where it was when it was heard of last. The mover is told of when one of its cells is seen into and it is inside the area of
 //! interest. What closed doors hide is left out ([`doors`](super::doors)). Seen cells that the area reaches are *watched*; a mover in no watched cell concerns nobody.
 //!
 //! Conservative as far as the scene's sets are: a mover that is not told of cannot be seen.
@@ -50,12 +50,14 @@ impl Rules {
         }
     }
 
-    /// Everything that a mover may touch until the next tick.
-    pub(super) fn mover_ball(&self, mover: &Mover, now_ms: Ms) -> Ball {
-        Ball {
-            center: mover.position_at(now_ms),
+    /// Everything that a mover may touch until the next tick, where it is taken to be by now and where it was heard of last:
+    /// whoever extrapolates knows of no walls, and it may have stopped before one.
+    pub(super) fn mover_balls(&self, mover: &Mover, now_ms: Ms) -> (Ball, Ball) {
+        let around = |center| Ball {
+            center,
             radius_m: mover.radius_m + self.tick_reach_m(mover),
-        }
+        };
+        (around(mover.position_at(now_ms)), around(mover.pose.position))
     }
 
     /// How far a mover comes in a tick.

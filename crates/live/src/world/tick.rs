@@ -5,14 +5,12 @@ use belvedere_scene::ObjectId;
 
 use super::{
     World, each_session,
-    movers::LONGEST_STEP_MS,
     sight::{Judge, Sight},
 };
 use crate::{
     Ms,
     cells::distance_m,
     event::{Event, SessionId},
-    motion::Pose,
 };
 
 impl World {
@@ -38,9 +36,8 @@ impl World {
     fn advance(&mut self, now_ms: Ms) {
         let restless: Vec<_> = self.restless.iter().copied().collect();
         for object in restless {
-            self.rest(object, now_ms);
             let mover = &self.movers[&object];
-            if mover.way.is_some() || mover.pose.velocity != [0.0; 3] {
+            if mover.way.is_some() || !mover.pose.is_resting() {
                 self.place(object, now_ms);
             } else if mover.abroad || self.is_watched(&mover.cells, mover.owner) {
                 // Nothing more will become of it until it moves or is watched less.
@@ -51,17 +48,6 @@ impl World {
             if let (Some(hush), Some(owner)) = (self.settle(object, now_ms), owner) {
                 self.say(owner, Event::Hush(hush));
             }
-        }
-    }
-
-    /// Who fell silent, and never said how fast it goes, has stopped where it was heard of last.
-    fn rest(&mut self, object: ObjectId, now_ms: Ms) {
-        let Some(mover) = self.movers.get_mut(&object) else {
-            return;
-        };
-        let silent = now_ms - mover.pose.t_ms >= LONGEST_STEP_MS;
-        if silent && mover.way.is_none() && !mover.velocity_is_said {
-            mover.pose = Pose::resting(mover.pose.t_ms, mover.pose.position, mover.pose.orientation);
         }
     }
 

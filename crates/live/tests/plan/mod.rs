@@ -176,6 +176,7 @@ impl Stage {
             radius_m: RADIUS_M,
             look: Look::default(),
             hears_movers: true,
+            listens: true,
         };
         self.world.open(session, object, visitor, self.now_ms).unwrap();
         self.avatars.insert(session, object);
@@ -195,18 +196,51 @@ impl Stage {
     }
 
     pub(crate) fn mover(&mut self, x: f64, max_speed_mps: f64, way: Option<Trajectory>) -> ObjectId {
-        let object = self.object();
+        let pose = self.sent(x);
         let new = NewMover {
-            pose: self.sent(x),
+            pose,
             max_speed_mps,
             max_acceleration_mps2: None,
             radius_m: RADIUS_M,
             look: Look::default(),
             way,
         };
-        self.world.create(object, None, new, self.now_ms).unwrap();
+        self.add(new).0
+    }
+
+    /// A mover whose owner has promised more than its speed, and what it may rely on.
+    pub(crate) fn create(
+        &mut self,
+        pose: Sent,
+        max_speed_mps: f64,
+        max_acceleration_mps2: Option<f64>,
+    ) -> (ObjectId, Option<Hush>) {
+        self.add(NewMover {
+            pose,
+            max_speed_mps,
+            max_acceleration_mps2,
+            radius_m: RADIUS_M,
+            look: Look::default(),
+            way: None,
+        })
+    }
+
+    fn add(&mut self, new: NewMover) -> (ObjectId, Option<Hush>) {
+        let object = self.object();
+        let moved = self.world.create(object, None, new, self.now_ms).unwrap();
         self.listen();
-        object
+        (object, moved.hush)
+    }
+
+    /// A pose of a mover that nobody can wake.
+    pub(crate) fn drive(&mut self, object: ObjectId, x: f64, velocity_mps: Option<f64>) -> Option<Hush> {
+        let sent = Sent {
+            velocity: velocity_mps.map(|mps| [mps, 0.0, 0.0]),
+            ..self.sent(x)
+        };
+        let moved = self.world.move_to(object, sent, self.now_ms).unwrap();
+        self.listen();
+        moved.hush
     }
 
     pub(crate) fn park(&mut self, x: f64) -> ObjectId {
@@ -288,6 +322,13 @@ impl Stage {
 
     pub(crate) fn resync(&mut self, session: SessionId) {
         self.world.resync(session, Void::Unknown, self.now_ms);
+        self.listen();
+    }
+
+    /// Somebody begins to listen to a session, or nobody does any more.
+    pub(crate) fn ears(&mut self, session: SessionId, listens: bool) {
+        self.world.listens(session, listens, self.now_ms);
+        self.beliefs.insert(session, Belief::default());
         self.listen();
     }
 

@@ -193,6 +193,7 @@ fn simulate_at(homes: &[[f64; 3]], with_sessions: bool, volumes: bool, ticks: u3
                     radius_m: 0.3,
                     look: Look::default(),
                     hears_movers: true,
+                    listens: true,
                 };
                 world.open(session, walker.object, visitor, now_ms).expect("a session");
             }
@@ -224,6 +225,7 @@ fn simulate_at(homes: &[[f64; 3]], with_sessions: bool, volumes: bool, ticks: u3
             radius_m: 0.3,
             look: Look::default(),
             hears_movers: true,
+            listens: true,
         };
         world
             .open(observer, ObjectId(FIRST_MOVER - 1), visitor, now_ms)
