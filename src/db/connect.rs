@@ -16,7 +16,7 @@ use sqlx::{
     migrate::Migrator,
 };
 
-use super::Catalogue;
+use super::{Catalogue, change, trial::Trials};
 use crate::{folder, secret::Secret};
 
 /// The file of the catalogue in a data folder.
@@ -86,6 +86,7 @@ impl Catalogue {
     pub async fn open(data: &Path) -> anyhow::Result<Self> {
         folder::make_data(data)?;
         let file = data.join(FILE_NAME);
+        folder::make_private_file(&file).with_context(|| format!("cannot make {}", file.display()))?;
         let options = at(&file)?;
         let pool = AnyPoolOptions::new().max_connections(4).after_connect(|connection, _| {
             Box::pin(async move {
@@ -98,6 +99,7 @@ impl Catalogue {
                 Ok(())
             })
         });
+        let pool = pool.after_release(|connection, _| Box::pin(change::is_free(connection)));
         let place = format!("the catalogue {}", file.display());
         Self::over(pool, options, Dialect::Sqlite, &place).await
     }
@@ -140,7 +142,11 @@ impl Catalogue {
             .run(&pool)
             .await
             .with_context(|| format!("cannot bring {place} up to date"))?;
-        Ok(Self { pool, dialect })
+        Ok(Self {
+            pool,
+            dialect,
+            trials: Trials::default(),
+        })
     }
 }
 

@@ -251,7 +251,7 @@ impl Default for Metrics {
         );
         registry.register(
             "catalogue_up",
-            "Whether the catalogue has answered when it was last asked; 0: served is what was known",
+            "Whether the catalogue has answered when it was last asked, and could be written; 0: served is what was known",
             catalogue_up.clone(),
         );
         let live = LiveMetrics::default();
@@ -341,7 +341,8 @@ pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
     inner.cache_hits.inner().store(cache.hits, Ordering::Relaxed);
     inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
-    inner.catalogue_up.set(state.publications.up_to_date().into());
+    let up = state.publications.up_to_date() && state.catalogue.try_writing();
+    inner.catalogue_up.set(up.into());
     inner.live.set(&state.live.counts());
     inner.jobs.set(&state.jobs.counts());
     if let Some(counts) = state.traces.counts() {
@@ -354,6 +355,8 @@ pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
 
 /// `GET /metrics`.
 pub(super) async fn metrics(State(state): State<AppState>) -> Result<Response, ApiError> {
+    // What is told is how it is, not how it was when somebody asked last.
+    _ = state.catalogue.writable().await;
     let text = metrics_text(&state).map_err(|e| ApiError::Internal(e.into()))?;
     let headers = [
         (
