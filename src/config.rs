@@ -113,7 +113,7 @@ pub struct Settings {
     /// Let the viewer show trees of these origins too (`?base=`), like `https://worlds.example.org`; with commas between
     /// [default: those of its own only]
     #[arg(long, value_name = "ORIGIN", env = "BELVEDERE_BASE_ORIGINS", value_delimiter = ',')]
-    #[serde(default)]
+    #[serde(default, deserialize_with = "file::texts")]
     pub base_origins: Vec<String>,
     /// Record what happens in live sessions into this file, or go on with it, for `belvedere audit`
     #[arg(long, value_name = "FILE", env = "BELVEDERE_RECORD")]
@@ -496,6 +496,11 @@ mod tests {
                 .unwrap_err()
                 .to_string()
                 .starts_with("`base_origins` is not right: \"*\"")
+        );
+        let listed = file("base_origins = [\"https://a.example\", \"https://b.example\"]").unwrap();
+        assert_eq!(
+            file("base_origins = \"https://a.example,https://b.example\"").unwrap(),
+            listed
         );
         let merged = Settings::default().or(file("base_origins = [\"https://a.example\"]").unwrap());
         assert_eq!(Config::try_from(merged).unwrap().base_origins.len(), 1);

@@ -2,8 +2,7 @@
 
 use std::{num::NonZero, process::ExitCode, thread::available_parallelism};
 
-use belvedere::commands::{self, Cli};
-use clap::Parser;
+use belvedere::commands;
 use tokio::runtime::Builder;
 
 /// For what blocks, such as reads from a disk, besides one a core for what computes. The runtime would make hundreds when many objects are
@@ -17,7 +16,7 @@ fn main() -> ExitCode {
         .max_blocking_threads(cores + READING_THREADS)
         .build()
         .expect("the system has room for threads");
-    match runtime.block_on(commands::run(Cli::parse())) {
+    match runtime.block_on(commands::run(commands::read())) {
         Ok(()) => ExitCode::SUCCESS,
         Err(cause) => {
             eprintln!("belvedere: {}", commands::sentence(&cause));

@@ -28,7 +28,7 @@ enum Command {
 #[derive(Debug, clap::Args)]
 struct Create {
     /// What to call it in lists
-    #[arg(long, default_value = "unnamed")]
+    #[arg(long, default_value = "unnamed", value_parser = name)]
     name: String,
     /// What it may do; can be given more than once [default: publish and rollback]
     #[arg(long, value_enum)]
@@ -64,6 +64,14 @@ struct Revoke {
     id: String,
     #[command(flatten)]
     place: PlaceArgs,
+}
+
+/// Something that can be read in a list.
+fn name(text: &str) -> Result<String, &'static str> {
+    let is_seen = text.chars().any(|c| !c.is_whitespace() && !c.is_control());
+    is_seen
+        .then(|| text.to_owned())
+        .ok_or("a name is wanted that can be read, such as press")
 }
 
 /// The keys of a catalogue that is there; `make` makes one.
@@ -154,4 +162,17 @@ async fn revoke(args: &Revoke) -> anyhow::Result<()> {
         "there is no key {id}; `belvedere keys list` shows which there are"
     );
     print(&format!("key {id} is revoked"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::name;
+
+    #[test]
+    fn a_name_can_be_read() {
+        assert_eq!(name("the press"), Ok("the press".to_owned()));
+        for text in ["", " ", "\t\n"] {
+            assert!(name(text).is_err(), "{text:?}");
+        }
+    }
 }

@@ -21,7 +21,7 @@ mod walk;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::config::environment::{Stranger, of_this_process};
+use crate::config::environment::{Stranger, behind, of_this_process};
 
 /// Host a huge 3-D world behind a CDN; walk through it while downloading only what you can see.
 #[derive(Debug, Parser)]
@@ -81,6 +81,19 @@ pub fn sentence(error: &anyhow::Error) -> String {
         }
     }
     told
+}
+
+/// What was asked for. Ends the program where that cannot be read, and says so; of a value, also from which variable it comes.
+#[must_use]
+pub fn read() -> Cli {
+    Cli::try_parse().unwrap_or_else(|error| {
+        // What cannot be printed nobody reads.
+        _ = error.print();
+        if let Some(variable) = behind(&Cli::command(), &error) {
+            eprintln!("The value is that of the variable {variable}.");
+        }
+        std::process::exit(error.exit_code())
+    })
 }
 
 /// Variables that look like settings and are none.

@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use anyhow::Context;
 use belvedere_scene::SceneName;
 
 use super::{
@@ -37,9 +36,11 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     );
     let scene = &args.scene;
     let data = DataFolder::open_existing(&args.place).await?;
-    let key = key_of(data.catalogue(), scene).await?.with_context(|| {
-        format!("scene `{scene}` is not private, so it needs no link; `belvedere private {scene}` makes it so")
-    })?;
+    let Some(key) = key_of(data.catalogue(), scene).await? else {
+        // Which fails where there is none.
+        data.baked(scene).await?;
+        anyhow::bail!("scene `{scene}` is not private, so it needs no link; `belvedere private {scene}` makes it so");
+    };
     let expires_s = (since_1970() + args.expires).as_secs();
     let base = format!("{at}{}", key.sign(scene, expires_s));
     let url = format!("{base}?scene={scene}");

@@ -1,8 +1,11 @@
-//! Which variables look like settings and are none, and what was meant? One whose name is spelt wrong would do nothing, without a word.
+//! Which variables look like settings and are none, and what was meant? Which one gave a value that cannot be read? One whose name is spelt wrong would do nothing, without a word.
 
 use std::{collections::BTreeSet, ffi::OsString, fmt};
 
-use clap::Command;
+use clap::{
+    Command,
+    error::{ContextKind, ContextValue},
+};
 
 const PREFIX: &str = "BELVEDERE_";
 
@@ -57,6 +60,38 @@ fn is_of_a_service(name: &str, value: &str) -> bool {
         || value.starts_with("tcp://")
 }
 
+/// The variable of this process that gave the value which an error is about, where no argument did.
+pub(crate) fn behind(program: &Command, error: &clap::Error) -> Option<String> {
+    let said: Vec<_> = std::env::args_os().filter_map(|word| word.into_string().ok()).collect();
+    let set: BTreeSet<_> = std::env::vars_os().map(|(name, _)| name).collect();
+    variable_of(program, error, &said, &set)
+}
+
+/// The same, of these arguments and variables.
+fn variable_of(program: &Command, error: &clap::Error, said: &[String], set: &BTreeSet<OsString>) -> Option<String> {
+    let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let flag = argument.strip_prefix("--")?.split([' ', '=', '[']).next()?;
+    let mut flags = said
+        .iter()
+        .filter_map(|word| word.strip_prefix("--")?.split('=').next());
+    if flags.any(|said| said == flag) {
+        return None;
+    }
+    let variable = variable_behind(program, flag).filter(|name| set.contains(name))?;
+    variable.into_string().ok()
+}
+
+/// The variable that a flag of a command, or of one below it, can be set by.
+fn variable_behind(command: &Command, flag: &str) -> Option<OsString> {
+    let here = command
+        .get_arguments()
+        .find(|argument| argument.get_long() == Some(flag));
+    let here = here.and_then(|argument| argument.get_env()).map(ToOwned::to_owned);
+    here.or_else(|| command.get_subcommands().find_map(|below| variable_behind(below, flag)))
+}
+
 /// The name that is spelt most alike, if one is; `own` bytes of the name are its own.
 pub(super) fn nearest_of<'a>(name: &str, known: impl Iterator<Item = &'a str>, own: usize) -> Option<String> {
     let far = |other: &str| match (other.strip_prefix(name), name.strip_prefix(other)) {
@@ -86,7 +121,7 @@ fn edits(a: &str, b: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
+    use clap::{CommandFactory, Parser};
 
     use super::*;
     use crate::commands::Cli;
@@ -132,6 +167,19 @@ mod tests {
             ("BELVEDERE_PORT_80_TCP_ADDR", "10.0.0.1"),
         ]);
         assert_eq!(told, []);
+    }
+
+    #[test]
+    fn a_value_that_cannot_be_read_is_told_with_its_variable_unless_an_argument_gave_it() {
+        let words = |words: &[&str]| words.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let wrong = words(&["belvedere", "serve", "--tick-ms", "abc"]);
+        let error = Cli::try_parse_from(&wrong).unwrap_err();
+        let set = BTreeSet::from(["BELVEDERE_TICK_MS".into()]);
+        let of = |said: &[String], set| variable_of(&Cli::command(), &error, said, set);
+        assert_eq!(of(&wrong, &set), None);
+        let alone = words(&["belvedere", "serve", "--lease-s=3"]);
+        assert_eq!(of(&alone, &set).as_deref(), Some("BELVEDERE_TICK_MS"));
+        assert_eq!(of(&alone, &BTreeSet::new()), None);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use std::{ops::Range, path::Path};
 
 use clap::{Args, Command};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
@@ -46,7 +46,10 @@ impl Wrong {
 }
 
 fn read(text: &str) -> Result<Settings, Wrong> {
-    let whole = DeTable::parse(text).map_err(|error| Wrong::at(error.span(), error.message().to_owned()))?;
+    let whole = DeTable::parse(text).map_err(|error| {
+        let what = twice(text, &error).unwrap_or_else(|| error.message().to_owned());
+        Wrong::at(error.span(), what)
+    })?;
     let known = Settings::augment_args(Command::new("settings"));
     let mut entries: Vec<_> = whole.into_inner().into_iter().collect();
     entries.sort_by_key(|(key, _)| key.span().start);
@@ -73,9 +76,48 @@ fn one<'a>(
         let what = if may_be_secret {
             "it must be a text, in quotation marks"
         } else {
-            error.message()
+            &for_people(error.message())
         };
         Wrong::at(Some(at), format!("`{name}`: {what}"))
+    })
+}
+
+/// Which key is given a second time, if that is what is wrong.
+fn twice(text: &str, error: &toml::de::Error) -> Option<String> {
+    let key = text.get(error.span()?)?.trim();
+    let is_key = !key.is_empty()
+        && key
+            .bytes()
+            .all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte));
+    (error.message() == "duplicate key" && is_key).then(|| format!("`{key}` is given twice"))
+}
+
+/// What is wrong, without the names that types have in the program.
+fn for_people(message: &str) -> String {
+    let Some((what, expected)) = message.rsplit_once(", expected ") else {
+        return message.to_owned();
+    };
+    let wanted = match expected {
+        "usize" | "u64" | "u32" => "a whole number from 0 on",
+        "f64" => "a number",
+        "a boolean" => "true or false",
+        "path string" | "a string" => "a text, in quotation marks",
+        other => other,
+    };
+    format!("{what}, expected {wanted}")
+}
+
+/// Texts as a list, or as one text with commas between them.
+pub(super) fn texts<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<String>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged, expecting = "a list of texts is wanted, or one with commas between them")]
+    enum Texts {
+        One(String),
+        Many(Vec<String>),
+    }
+    Ok(match Texts::deserialize(from)? {
+        Texts::One(text) => text.split(',').map(str::to_owned).collect(),
+        Texts::Many(texts) => texts,
     })
 }
 
@@ -110,21 +152,25 @@ mod tests {
             ),
             (
                 "cache_mib = 9\n\n\ndata = 5",
-                "line 4: `data`: invalid type: integer `5`, expected path string",
+                "line 4: `data`: invalid type: integer `5`, expected a text, in quotation marks",
             ),
             (
                 "poll_ms = 200\nmax_bakes = \"two\"",
-                "line 2: `max_bakes`: invalid type: string \"two\", expected usize",
+                "line 2: `max_bakes`: invalid type: string \"two\", expected a whole number from 0 on",
             ),
             (
                 "poll_ms = -1",
-                "line 1: `poll_ms`: invalid value: integer `-1`, expected u64",
+                "line 1: `poll_ms`: invalid value: integer `-1`, expected a whole number from 0 on",
             ),
             (
                 "\n[server]\nport = 1",
                 "line 2: `server` is no setting; `belvedere serve --help` lists those that there are, here with `_` for `-`",
             ),
-            ("cache_mib = 1\ncache_mib = 2", "line 2: duplicate key"),
+            ("cache_mib = 1\ncache_mib = 2", "line 2: `cache_mib` is given twice"),
+            (
+                "base_origins = 1",
+                "line 1: `base_origins`: a list of texts is wanted, or one with commas between them",
+            ),
         ] {
             assert_eq!(wrong(text), told);
         }

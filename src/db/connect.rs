@@ -16,7 +16,7 @@ use sqlx::{
     migrate::Migrator,
 };
 
-use super::Catalogue;
+use super::{Catalogue, change, trial::Trials};
 use crate::{folder, secret::Secret};
 
 /// The file of the catalogue in a data folder.
@@ -86,6 +86,7 @@ impl Catalogue {
     pub async fn open(data: &Path) -> anyhow::Result<Self> {
         folder::make_data(data)?;
         let file = data.join(FILE_NAME);
+        folder::make_private_file(&file).with_context(|| format!("cannot make {}", file.display()))?;
         let options = at(&file)?;
         let pool = AnyPoolOptions::new().max_connections(4).after_connect(|connection, _| {
             Box::pin(async move {
@@ -98,6 +99,7 @@ impl Catalogue {
                 Ok(())
             })
         });
+        let pool = pool.after_release(|connection, _| Box::pin(change::is_free(connection)));
         let place = format!("the catalogue {}", file.display());
         Self::over(pool, options, Dialect::Sqlite, &place).await
     }
@@ -140,7 +142,11 @@ impl Catalogue {
             .run(&pool)
             .await
             .with_context(|| format!("cannot bring {place} up to date"))?;
-        Ok(Self { pool, dialect })
+        Ok(Self {
+            pool,
+            dialect,
+            trials: Trials::default(),
+        })
     }
 }
 
@@ -154,6 +160,20 @@ fn at(file: &Path) -> anyhow::Result<AnyConnectOptions> {
 fn know_drivers() {
     static DRIVERS: Once = Once::new();
     DRIVERS.call_once(sqlx::any::install_default_drivers);
+}
+
+/// Nobody has answered.
+#[derive(Debug, thiserror::Error)]
+#[error("no answer within {PATIENCE:?}")]
+struct Silent;
+
+/// What PostgreSQL says, without the line of its own program where it says so.
+fn told(error: sqlx::Error) -> anyhow::Error {
+    let error = anyhow::Error::from(error);
+    match error.downcast_ref() {
+        Some(sqlx::Error::Database(said)) if !was_away(&error) => anyhow::anyhow!("{}", said.message()),
+        _ => error,
+    }
 }
 
 /// Connects once, since a pool would not say what is wrong; gives what the pool needs, and a name for errors.
@@ -175,7 +195,8 @@ async fn reached(url: &Secret) -> anyhow::Result<(AnyConnectOptions, String)> {
     let place = format!("the catalogue in PostgreSQL at {host}:{port}{}", url.path());
     let cannot = || format!("cannot open {place}");
     let connecting = tokio::time::timeout(PATIENCE, AnyConnection::connect_with(&options));
-    let first = connecting.await.with_context(cannot)?.with_context(cannot)?;
+    let connected = connecting.await.map_err(|_| Silent).with_context(cannot)?;
+    let first = connected.map_err(told).with_context(cannot)?;
     first.close().await.with_context(cannot)?;
     Ok((options, place))
 }
@@ -192,7 +213,8 @@ pub fn was_away(error: &anyhow::Error) -> bool {
         _ => false,
     };
     // Nobody who would answer is as good as nobody who is there.
-    let said_nothing = |cause: &(dyn std::error::Error + 'static)| cause.is::<tokio::time::error::Elapsed>();
+    let said_nothing =
+        |cause: &(dyn std::error::Error + 'static)| cause.is::<tokio::time::error::Elapsed>() || cause.is::<Silent>();
     error
         .chain()
         .any(|cause| said_nothing(cause) || cause.downcast_ref().is_some_and(away))
@@ -252,6 +274,11 @@ mod tests {
         let url = format!("postgres://user:secret@{}/catalogue", silent.local_addr().unwrap());
         let error = Catalogue::connect(&url.as_str().into()).await.unwrap_err();
         assert!(was_away(&error), "{error:#}");
+        let told = format!("{error:#}");
+        assert!(
+            told.contains("127.0.0.1:") && told.ends_with(": no answer within 3s"),
+            "{told}"
+        );
     }
 
     #[tokio::test]

@@ -3,7 +3,7 @@
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use sqlx::Row;
 
-use super::Catalogue;
+use super::{Catalogue, change::returned};
 
 /// A mover as it is kept. What it is and where, the catalogue need not understand.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,7 +48,7 @@ impl Catalogue {
 
     /// Keeps where movers are; those that are not kept stay so.
     pub async fn keep_poses(&self, poses: &[(ObjectId, String)]) -> anyhow::Result<()> {
-        let mut tx = self.pool.begin().await?;
+        let mut tx = self.transaction().await?;
         for (object, pose) in poses {
             sqlx::query("UPDATE kept_movers SET pose = $1 WHERE object = $2")
                 .bind(pose)
@@ -108,10 +108,8 @@ impl Catalogue {
 
     /// Draws ids of movers that nobody else ever gets: the first of `many` in a row.
     pub async fn draw_mover_ids(&self, many: u32) -> anyhow::Result<ObjectId> {
-        let row = sqlx::query("UPDATE mover_ids SET next = next + $1 RETURNING next - $1 AS first")
-            .bind(i64::from(many))
-            .fetch_one(&self.pool)
-            .await?;
+        let drawing = sqlx::query("UPDATE mover_ids SET next = next + $1 RETURNING next - $1 AS first");
+        let row = returned(&self.pool, drawing.bind(i64::from(many))).await?;
         Ok(ObjectId(u32::try_from(row.try_get::<i64, _>("first")?)?))
     }
 

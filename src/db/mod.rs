@@ -8,6 +8,7 @@
 //! what is published ([`StoredKey`]), who may read what is not for everybody ([`PrivateScene`]), and what is on its way
 //! ([`StoredJob`]).
 
+mod change;
 mod connect;
 mod jobs;
 mod kept;
@@ -15,6 +16,7 @@ mod keys;
 mod lock;
 mod private;
 mod sessions;
+mod trial;
 
 use std::{collections::BTreeSet, time::Duration};
 
@@ -33,12 +35,14 @@ pub use keys::{NewKey, StoredKey};
 pub use lock::BlobLock;
 pub use private::PrivateScene;
 pub use sessions::{HousedSession, KeptSession, SessionChanges, SessionHome, Taking};
+use trial::Trials;
 
 /// The catalogue. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
     pool: AnyPool,
     dialect: Dialect,
+    trials: Trials,
 }
 
 /// A revision that is ready: all of its blobs are stored.
@@ -88,7 +92,7 @@ impl Catalogue {
     /// published, and newer ones after it.
     pub async fn publish(&self, new: &NewRevision<'_>) -> anyhow::Result<()> {
         let (scene, revision) = (new.pointer.scene.as_str(), new.pointer.revision.to_string());
-        let mut tx = self.pool.begin().await?;
+        let mut tx = self.transaction().await?;
         if let Some(claim) = new.claim {
             let held = claim.hold(&mut tx).await?;
             anyhow::ensure!(

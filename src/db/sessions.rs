@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_scene::SceneName;
 use sqlx::{AnyConnection, Row, any::AnyRow};
 
-use super::Catalogue;
+use super::{Catalogue, change::returned};
 use crate::secret::Secret;
 
 /// A session as it is kept. What it wants and where it stands, the catalogue need not understand.
@@ -94,7 +94,7 @@ impl Catalogue {
 
     /// Keeps what has changed, all of it or nothing. The same may be kept again.
     pub async fn keep_sessions(&self, home: &str, changes: &SessionChanges) -> anyhow::Result<()> {
-        let mut tx = self.pool.begin().await?;
+        let mut tx = self.transaction().await?;
         settle(&mut tx, home).await?;
         for new in &changes.opened {
             sqlx::query(
@@ -149,7 +149,7 @@ impl Catalogue {
     /// beats; that home hears of it with its next beat. Says in its place how often each has moved by now; none where it was not for
     /// this home to take.
     pub async fn take_sessions(&self, takings: &[Taking], to: &str) -> anyhow::Result<Vec<Option<u64>>> {
-        let mut tx = self.pool.begin().await?;
+        let mut tx = self.transaction().await?;
         settle(&mut tx, to).await?;
         // How many were taken from each home that may be taken from.
         let mut gone = BTreeMap::new();
@@ -200,13 +200,11 @@ impl Catalogue {
 
     /// A home is heard of; says how many sessions others have taken from it by now.
     pub async fn beat_home(&self, home: &str) -> anyhow::Result<i64> {
-        let row = sqlx::query(
+        let beat = sqlx::query(
             "INSERT INTO session_homes (home, beats) VALUES ($1, 1) \
              ON CONFLICT (home) DO UPDATE SET beats = session_homes.beats + 1 RETURNING robbed",
-        )
-        .bind(home)
-        .fetch_one(&self.pool)
-        .await?;
+        );
+        let row = returned(&self.pool, beat.bind(home)).await?;
         Ok(row.try_get("robbed")?)
     }
 

@@ -30,6 +30,7 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
     addresses::Addresses,
+    date,
     direct::{Answer, Direct, Outcome, Socket},
     ending::{Ending, Heard},
     event_loops::EventLoops,
@@ -349,7 +350,7 @@ impl Connection {
         let answer = service_fn(move |request: Request<Incoming>| {
             peer.has_asked();
             let (front, peer) = (self.front.clone(), peer.clone());
-            async move { front.answer(request, &peer).await }
+            async move { front.answer(request, &peer).await.map(date::dated) }
         });
         let mut serving = pin!(builder.serve_connection(TokioIo::new(stream), answer));
         let mut stopped = false;

@@ -110,7 +110,7 @@ pub enum ApiError {
     Unavailable(anyhow::Error),
     /// The same, where it is told what.
     Away {
-        /// The catalogue or the store.
+        /// That the catalogue or the store does not do its part.
         what: &'static str,
         /// Why, for the log.
         cause: anyhow::Error,
@@ -365,7 +365,7 @@ impl ApiError {
                 S::SERVICE_UNAVAILABLE,
                 "unavailable",
                 "The server is not ready",
-                format!("the {what} does not answer; what is known is served meanwhile"),
+                format!("{what}; what is known is served meanwhile"),
             ),
             Self::Internal(_) => (
                 S::INTERNAL_SERVER_ERROR,

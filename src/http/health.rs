@@ -16,15 +16,20 @@ pub(super) async fn alive() -> Response {
     plain("ok\n")
 }
 
-/// `GET /readyz`: the catalogue and the store answer. A node that is cut off from others serves on, and says so.
+/// `GET /readyz`: the catalogue and the store answer, and the catalogue can be written. A node that is cut off from others serves on, and says so.
 pub(super) async fn ready(
     State(catalogue): State<Catalogue>,
     State(blobs): State<BlobStore>,
     State(live): State<Live>,
 ) -> Result<Response, ApiError> {
     let pointers = async { catalogue.pointers().await.map(drop) };
-    answers("catalogue", pointers).await?;
-    answers("store", async { Ok(blobs.probe().await?) }).await?;
+    answers("the catalogue does not answer", pointers).await?;
+    let writable = catalogue.writable().await;
+    writable.map_err(|cause| ApiError::Away {
+        what: "the catalogue cannot be written",
+        cause,
+    })?;
+    answers("the store does not answer", async { Ok(blobs.probe().await?) }).await?;
     Ok(plain(match live.counts().nodes {
         None => "ready\n",
         Some(nodes) if nodes.connected => "ready\nnats: answers\n",

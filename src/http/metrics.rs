@@ -48,6 +48,7 @@ struct Inner {
     sent_bytes: SpreadCounter,
     cache_hits: Counter,
     cache_misses: Counter,
+    variants_damaged: Counter,
     cache_bytes: Gauge,
     connections: Gauge,
     connections_refused: Counter,
@@ -221,7 +222,7 @@ impl Default for Metrics {
         let requests = Family::<RequestLabels, SpreadCounter>::default();
         let seconds = Family::<RouteLabel, Durations>::default();
         let sent_bytes = SpreadCounter::default();
-        let (cache_hits, cache_misses) = (Counter::default(), Counter::default());
+        let (cache_hits, cache_misses, variants_damaged) = (Counter::default(), Counter::default(), Counter::default());
         let (cache_bytes, connections, catalogue_up) = (Gauge::default(), Gauge::default(), Gauge::default());
         let connections_refused = Counter::default();
         registry.register(
@@ -242,6 +243,11 @@ impl Default for Metrics {
         );
         registry.register("blob_cache_hits", "Blobs answered from memory", cache_hits.clone());
         registry.register("blob_cache_misses", "Blobs read from the store", cache_misses.clone());
+        registry.register(
+            "blob_variants_damaged",
+            "Content-coded forms of blobs that were found damaged, each once; the blobs are served in their other forms",
+            variants_damaged.clone(),
+        );
         registry.register("blob_cache_bytes", "Bytes of blobs in memory", cache_bytes.clone());
         registry.register("http_connections", "Open connections", connections.clone());
         registry.register(
@@ -251,7 +257,7 @@ impl Default for Metrics {
         );
         registry.register(
             "catalogue_up",
-            "Whether the catalogue has answered when it was last asked; 0: served is what was known",
+            "Whether the catalogue has answered when it was last asked, and could be written; 0: served is what was known",
             catalogue_up.clone(),
         );
         let live = LiveMetrics::default();
@@ -277,6 +283,7 @@ impl Default for Metrics {
                 sent_bytes,
                 cache_hits,
                 cache_misses,
+                variants_damaged,
                 cache_bytes,
                 connections,
                 connections_refused,
@@ -340,8 +347,11 @@ pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
     let (inner, cache) = (&state.metrics.inner, state.blobs.cache_use());
     inner.cache_hits.inner().store(cache.hits, Ordering::Relaxed);
     inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
+    let damaged = cache.damaged_variants;
+    inner.variants_damaged.inner().store(damaged, Ordering::Relaxed);
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
-    inner.catalogue_up.set(state.publications.up_to_date().into());
+    let up = state.publications.up_to_date() && state.catalogue.try_writing();
+    inner.catalogue_up.set(up.into());
     inner.live.set(&state.live.counts());
     inner.jobs.set(&state.jobs.counts());
     if let Some(counts) = state.traces.counts() {
@@ -354,6 +364,8 @@ pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
 
 /// `GET /metrics`.
 pub(super) async fn metrics(State(state): State<AppState>) -> Result<Response, ApiError> {
+    // What is told is how it is, not how it was when somebody asked last.
+    _ = state.catalogue.writable().await;
     let text = metrics_text(&state).map_err(|e| ApiError::Internal(e.into()))?;
     let headers = [
         (

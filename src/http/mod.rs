@@ -14,7 +14,7 @@
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
 //! * `visitor`: for whom what is there. `links`: who comes through a link into a private scene.
 //! * `viewer`: its page and scripts. `policy`: what these may load, and from where.
-//! * `momentary`: answers that no cache keeps.
+//! * `momentary`: answers that no cache keeps. `date`: when they were given.
 //! * [`accept`]: the accept loop with its limits, one of them for each of the `addresses`, and its `ending`. [`tls`]: certificates. `direct`: simple requests without TLS,
 //!   answered in front of hyper, by the threads of `event_loops`. `quiet`: how long a peer is waited for.
 
@@ -27,6 +27,7 @@ mod bundle;
 mod causes;
 mod conditional;
 mod cors;
+mod date;
 mod direct;
 mod documents;
 mod ending;

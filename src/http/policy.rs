@@ -5,10 +5,10 @@ use std::{fmt, str::FromStr};
 
 use axum::http::HeaderValue;
 
-/// three.js needs no `eval`, but mesh decoders are WebAssembly, which has a keyword of its own. Some decoders run in
-/// workers made from blobs; textures and GLBs come as blobs.
-const SOURCES: &str = "default-src 'self'; script-src 'self' blob: 'wasm-unsafe-eval'; worker-src 'self' blob:; \
-img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; font-src 'self' data:; object-src 'none'; base-uri 'none'; \
+/// three.js needs no `eval`, but mesh decoders are WebAssembly, which has a keyword of its own. Textures and parts of GLBs come as
+/// blobs, which are read and never run; the page's icon is a `data:` URL.
+const SOURCES: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; \
+img-src 'self' blob: data:; style-src 'self'; font-src 'self'; object-src 'none'; base-uri 'none'; \
 form-action 'none'; frame-ancestors 'self'; connect-src 'self' blob: data:";
 
 /// A server that the viewer's page may read from.

@@ -105,6 +105,7 @@ pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> E
     let following = follow(stdout, job, open, &waits_for, jobs.inner.traces.bake(&job.scene));
     tokio::pin!(following);
     let limit = jobs.inner.settings.time;
+    let out_of_memory = out_of_memory_kills();
     let (last, asked) = tokio::select! {
         last = &mut following => (last, None),
         () = open.cancelled.cancelled() => (None, Some(Ended::Cancelled)),
@@ -128,7 +129,10 @@ pub(super) async fn bake(jobs: &Jobs, worker: &str, job: &Job, open: &Open) -> E
         (Some(Last::Failed(fault)), None) => fault,
         (_, None) => Fault::Server,
     };
-    if let Some(failure) = crashed(status, &said, jobs) {
+    let ran_out = out_of_memory
+        .zip(out_of_memory_kills())
+        .map(|(before, now)| now > before);
+    if let Some(failure) = crashed(status, &said, jobs, ran_out) {
         return Ended::Failed(failure);
     }
     if let Fault::Source(sentence) = fault {
@@ -300,8 +304,35 @@ pub(super) fn given_up(absent: Absent) -> Failure {
     )
 }
 
-/// What to tell of a child that was ended, or went down: by a limit, by a signal, or by a fault of the program.
-fn crashed(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) -> Option<Failure> {
+/// How many processes the system has killed since it runs because it, or a group of them, was out of memory; none where it does
+/// not count them.
+fn out_of_memory_kills() -> Option<u64> {
+    let counts = std::fs::read_to_string("/proc/vmstat").ok()?;
+    let kills = counts.lines().find_map(|line| line.strip_prefix("oom_kill "))?;
+    kills.trim().parse().ok()
+}
+
+/// What to tell of a child that was killed: a limit of its own ends it otherwise.
+fn killed(mib: u64, ran_out: Option<bool>) -> Failure {
+    let detail = match ran_out {
+        Some(true) => format!(
+            "the system ran out of memory and killed it before it came to its own limit of {mib} MiB; upload a smaller scene, \
+             or give the machine more memory"
+        ),
+        Some(false) => "somebody killed it, and the system was not out of memory; upload the scene again".to_owned(),
+        None => "it was killed, by somebody or by a system that ran out of memory; upload the scene again".to_owned(),
+    };
+    Failure::new("bake-killed", "The bake was killed", detail)
+}
+
+/// What to tell of a child that was ended, or went down: by a limit, by a signal, or by a fault of the program. `ran_out` says
+/// whether the system has killed anything for want of memory meanwhile, if that is known.
+fn crashed(
+    status: Option<std::process::ExitStatus>,
+    said: &str,
+    jobs: &Jobs,
+    ran_out: Option<bool>,
+) -> Option<Failure> {
     let over = |what: String| Some(Failure::new("bake-limit", "The bake went over a limit", what));
     let crash = |what: String| Some(Failure::new("bake-crashed", "The bake crashed", what));
     let mib = jobs.inner.settings.memory_bytes >> 20;
@@ -322,9 +353,7 @@ fn crashed(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) ->
         return match signal {
             signal if signal == Signal::XCPU.as_raw() => over("it took too much time of the processors".to_owned()),
             signal if signal == Signal::XFSZ.as_raw() => over("it wrote too large a file".to_owned()),
-            signal if signal == Signal::KILL.as_raw() => over(format!(
-                "it was killed, as systems do that run out of memory; its limit is {mib} MiB"
-            )),
+            signal if signal == Signal::KILL.as_raw() => Some(killed(mib, ran_out)),
             signal => crash(format!(
                 "it was ended by signal {signal}; this is a fault of the program, please report it"
             )),
@@ -340,5 +369,25 @@ fn crashed(status: Option<std::process::ExitStatus>, said: &str, jobs: &Jobs) ->
             Some(code) => format!("it ended with code {code} and said nothing"),
             None => "it is not known how it ended".to_owned(),
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_was_killed_is_told_by_whom_and_never_to_raise_its_limit() {
+        for (ran_out, told) in [
+            (Some(true), "the system ran out of memory"),
+            (Some(false), "somebody killed it"),
+            (None, "by somebody or by a system"),
+        ] {
+            let failure = killed(8192, ran_out);
+            assert!(
+                failure.detail.contains(told) && !failure.detail.contains("raise"),
+                "{failure:?}"
+            );
+        }
     }
 }

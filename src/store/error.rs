@@ -25,7 +25,7 @@ pub enum StoreError {
         /// What it hashes to.
         found: BlobHash,
     },
-    /// A stored form is not one of its blob.
+    /// A stored form is not one of its blob; whoever reads the blob gets the others.
     #[error("the {} form of blob {name} is damaged; delete its file and bake its scene again", coding.token())]
     CorruptVariant {
         /// The blob.

@@ -11,8 +11,8 @@
 //! that has taken an object keeps it whole, so there `put` compares lengths and `sync` has nothing to do.
 //!
 //! **Trust.** An identity is hashed when it is loaded, and its variants are decoded; bytes that are not what their name
-//! promises are [`StoreError::Corrupt`] or [`StoreError::CorruptVariant`], never served, never kept in memory and never
-//! mistaken for "no such blob".
+//! promises are [`StoreError::Corrupt`], never served, never kept in memory and never mistaken for "no such blob". Where a
+//! variant alone is damaged, that is told once, in the log ([`StoreError::CorruptVariant`]), and the blob has one form less.
 //!
 //! **Limit.** A blob is held in memory as a whole while it is served, hence [`MAX_BLOB_BYTES`].
 
@@ -27,11 +27,11 @@ mod tree;
 mod unfinished;
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs::File,
     path::PathBuf,
     sync::{
-        Arc,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
 };
@@ -82,6 +82,8 @@ pub struct CacheUse {
     pub misses: u64,
     /// Bytes held.
     pub bytes: u64,
+    /// Variants that were found damaged, each once.
+    pub damaged_variants: u64,
 }
 
 #[derive(Debug)]
@@ -105,6 +107,8 @@ struct Inner {
     cache: Cache<BlobName, Arc<Representations>, ByBytes>,
     hits: Spread<AtomicU64>,
     misses: AtomicU64,
+    /// The keys of variants that were told to be damaged.
+    damaged: Mutex<BTreeSet<Key>>,
 }
 
 impl BlobStore {
@@ -267,23 +271,25 @@ impl BlobStore {
             hits: self.inner.hits.sum(),
             misses: self.inner.misses.load(Ordering::Relaxed),
             bytes: self.inner.cache.weight(),
+            damaged_variants: self.damaged().len() as u64,
         }
     }
 
     /// Loads a blob; what comes damaged from a bucket was perhaps changed on its way, and is read once more.
     async fn load(&self, name: &BlobName) -> Result<Arc<Representations>, Option<StoreError>> {
-        match self.load_once(name).await {
-            Err(Some(StoreError::Corrupt { .. } | StoreError::CorruptVariant { .. }))
-                if self.inner.folder.is_none() =>
-            {
-                tracing::warn!(%name, "a blob came damaged from the bucket; it is read again");
-                self.load_once(name).await
+        if self.inner.folder.is_none() {
+            match self.load_once(name, false).await {
+                Err(Some(StoreError::Corrupt { .. } | StoreError::CorruptVariant { .. })) => {
+                    tracing::warn!(%name, "a blob came damaged from the bucket; it is read again");
+                }
+                loaded => return loaded,
             }
-            loaded => loaded,
         }
+        self.load_once(name, true).await
     }
 
-    async fn load_once(&self, name: &BlobName) -> Result<Arc<Representations>, Option<StoreError>> {
+    /// Loads a blob, with the variants that are whole if it may do `without` others.
+    async fn load_once(&self, name: &BlobName, without: bool) -> Result<Arc<Representations>, Option<StoreError>> {
         let identity = self.read(&identity_key(name)).await.map_err(Some)?.ok_or(None)?;
         let input = identity.clone();
         let found = tokio::task::spawn_blocking(move || BlobHash::of(&input))
@@ -296,13 +302,25 @@ impl BlobStore {
                 found,
             }));
         }
-        let variant = async |coding| self.variant(name, coding, &identity).await.map_err(Some);
+        let variant = async |coding| match self.variant(name, coding, &identity).await {
+            Err(error @ StoreError::CorruptVariant { .. }) if without => {
+                if self.damaged().insert(variant_key(name, coding)) {
+                    tracing::error!(%error, "it is served in its other forms");
+                }
+                Ok(None)
+            }
+            read => read.map_err(Some),
+        };
         let (zstd, gzip) = tokio::try_join!(variant(Coding::Zstd), variant(Coding::Gzip))?;
         Ok(Arc::new(Representations {
             identity: Representation::new(identity, format!("\"{}\"", name.hash()).into()),
             zstd,
             gzip,
         }))
+    }
+
+    fn damaged(&self) -> MutexGuard<'_, BTreeSet<Key>> {
+        self.inner.damaged.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     async fn variant(

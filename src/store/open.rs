@@ -2,7 +2,7 @@
 
 use std::{
     path::Path,
-    sync::{Arc, atomic::AtomicU64},
+    sync::{Arc, Mutex, atomic::AtomicU64},
 };
 
 use bytes::Bytes;
@@ -100,6 +100,7 @@ impl BlobStore {
                 ),
                 hits: Spread::default(),
                 misses: AtomicU64::new(0),
+                damaged: Mutex::default(),
             }),
         }
     }

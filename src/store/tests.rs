@@ -76,10 +76,18 @@ async fn damage_is_told_apart_from_absence_and_healed_by_a_new_put() {
         store.put(&name, bytes.clone()).await.unwrap();
         assert_eq!(store.get(&name).await.unwrap().unwrap().identity.bytes, bytes);
     }
-    for suffix in [".zst", ".gz"] {
+    for (suffix, coding) in [(".zst", Coding::Zstd), (".gz", Coding::Gzip)] {
         let variant = data.path().join("o").join(format!("{name}{suffix}"));
         let whole = std::fs::read(&variant).unwrap();
         std::fs::write(&variant, b"").unwrap();
+        let others = BlobStore::open_folder(data.path(), CACHE_BYTES).await.unwrap();
+        for _ in 0..2 {
+            let forms = others.get(&name).await.unwrap().unwrap();
+            assert_eq!(forms.identity.bytes, bytes);
+            assert!(forms.of(Some(coding)).is_none() && forms.has_variants(), "{suffix}");
+            others.inner.cache.clear();
+        }
+        assert_eq!(others.cache_use().damaged_variants, 1, "it is told once");
         store.put(&name, bytes.clone()).await.unwrap();
         assert_eq!(std::fs::read(&variant).unwrap(), whole);
     }

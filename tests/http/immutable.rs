@@ -341,3 +341,24 @@ async fn the_rungs_of_a_smooth_lod_are_its_bytes_and_objects_of_their_own() {
         );
     }
 }
+
+#[tokio::test]
+async fn a_damaged_variant_keeps_nobody_from_the_object() {
+    let server = Server::start().await;
+    let name = BlobName::of(&glb(), "glb").unwrap();
+    for suffix in ["zst", "gz"] {
+        std::fs::write(server.data.path().join(format!("o/{name}.{suffix}")), "no such form").unwrap();
+    }
+    for fields in [&[("Accept-Encoding", "zstd, gzip")][..], &[]] {
+        let answer = send(server.address, "GET", &glb_url(), fields).await;
+        assert_eq!((answer.status, answer.header("content-encoding")), (200, None));
+        assert_eq!(answer.body, glb());
+    }
+    let slice = send(server.address, "GET", &glb_url(), &[("Range", "bytes=4-7")]).await;
+    assert_eq!((slice.status, &slice.body[..]), (206, &glb()[4..8]));
+    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    assert!(
+        metrics.contains("\nbelvedere_blob_variants_damaged_total 2\n"),
+        "{metrics}"
+    );
+}

@@ -287,7 +287,12 @@ async fn the_front_page_is_a_page_with_a_policy() {
     );
     assert_eq!(page.header("cache-control"), Some("no-cache"));
     let policy = page.header("content-security-policy").unwrap();
-    for directive in ["default-src 'self'", "script-src 'self' blob: 'wasm-unsafe-eval'"] {
+    for directive in [
+        "default-src 'self'",
+        "script-src 'self' 'wasm-unsafe-eval'",
+        "style-src 'self'",
+        "worker-src 'self'",
+    ] {
         assert!(policy.contains(directive), "{policy}");
     }
 }

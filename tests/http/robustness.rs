@@ -6,6 +6,7 @@ use belvedere::config::Settings;
 use belvedere_scene::BlobName;
 use http_body_util::{BodyExt, Empty};
 use hyper_util::rt::{TokioExecutor, TokioIo};
+use sqlx::Connection;
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
     net::TcpStream,
@@ -368,5 +369,47 @@ async fn an_object_from_memory_is_answered_like_one_from_the_store() {
     for (status, count) in [(200, 2), (206, 4), (304, 2)] {
         let line = format!("belvedere_http_requests_total{{route=\"/o/{{name}}\",status=\"{status}\"}} {count}\n");
         assert!(metrics.contains(&line), "no {line} in {metrics}");
+    }
+}
+
+#[tokio::test]
+async fn a_catalogue_that_can_only_be_read_is_not_ready() {
+    let server = Server::start().await;
+    let file = server.data.path().join("catalogue.sqlite");
+    let sql = |text: &'static str| {
+        let url = format!("sqlite:{}", file.display());
+        async move {
+            let mut beside = sqlx::SqliteConnection::connect(&url).await.unwrap();
+            sqlx::Executor::execute(&mut beside, text).await.unwrap();
+        }
+    };
+    sql("CREATE TRIGGER full BEFORE UPDATE ON mover_ids BEGIN SELECT RAISE(ABORT, 'no room'); END").await;
+    let answer = get(server.address, "/readyz").await;
+    let problem = answer.problem();
+    assert_eq!(answer.status, 503);
+    assert!(
+        problem["detail"]
+            .as_str()
+            .unwrap()
+            .starts_with("the catalogue cannot be written;"),
+        "{problem}"
+    );
+    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    assert!(metrics.contains("\nbelvedere_catalogue_up 0\n"), "{metrics}");
+    assert_eq!(
+        get(server.address, "/v1/scenes/row/index.json").await.status,
+        200,
+        "what is known is served"
+    );
+}
+
+#[tokio::test]
+async fn who_is_answered_by_the_router_hears_the_date_once() {
+    let server = Server::start().await;
+    let body = "POST /v1/scenes/row/visible HTTP/1.1\r\nHost: t\r\nConnection: close\r\nContent-Length: 2\r\n\r\n{}";
+    for request in [body, "GET /healthz HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n"] {
+        let answer = String::from_utf8(raw(server.address, request.as_bytes()).await).unwrap();
+        let head = answer.split_once("\r\n\r\n").unwrap().0.to_ascii_lowercase();
+        assert_eq!(head.matches("\r\ndate: ").count(), 1, "{head}");
     }
 }

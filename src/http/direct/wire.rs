@@ -3,26 +3,23 @@
 
 use std::{
     borrow::Cow,
-    cell::RefCell,
     future::poll_fn,
     io::{self, Cursor, IoSlice, Write},
     mem::MaybeUninit,
     ops::Range,
     pin::Pin,
     task::{Context, Poll},
-    time::{Duration, Instant, SystemTime},
+    time::Instant,
 };
 
 use axum::http::{HeaderMap, Method, Response, StatusCode};
 use bytes::Bytes;
 use tokio::io::{AsyncWrite, ReadBuf};
 
-use crate::{
-    epoch::since_1970,
-    http::{
-        blob_body::{BlobBody, Pieces},
-        immutable::{BlobResponse, Chosen, Part, content_range},
-    },
+use crate::http::{
+    blob_body::{BlobBody, Pieces},
+    date,
+    immutable::{BlobResponse, Chosen, Part, content_range},
 };
 
 /// What every answer adds: a length and a range, the date.
@@ -71,17 +68,10 @@ impl ChunkHead {
 
 /// Ends a head, with the time.
 pub(super) fn end_head(lines: &mut impl Write, now: Instant) {
-    thread_local! {
-        /// The line, and until when it is right.
-        static DATE: RefCell<(String, Option<Instant>)> = const { RefCell::new((String::new(), None)) };
-    }
-    DATE.with_borrow_mut(|(line, right_until)| {
-        if right_until.is_none_or(|until| until <= now) {
-            *line = format!("date: {}\r\n\r\n", httpdate::fmt_http_date(SystemTime::now()));
-            let of_this_second = Duration::from_nanos(since_1970().subsec_nanos().into());
-            *right_until = Some(now + (Duration::from_secs(1) - of_this_second));
+    date::with(now, |date| {
+        for part in [b"date: ", date.as_bytes(), b"\r\n\r\n"] {
+            lines.write_all(part).expect("there is room");
         }
-        lines.write_all(line.as_bytes()).expect("there is room");
     });
 }
 

@@ -18,7 +18,7 @@ use std::{
 };
 
 use anyhow::Context;
-use async_nats::{Client, ConnectOptions, Event};
+use async_nats::{Client, ConnectErrorKind, ConnectOptions, Event};
 use belvedere_live::nodes::{Exchange, NodeId};
 use belvedere_scene::{Revision, SceneName};
 use tokio::sync::watch;
@@ -184,7 +184,18 @@ fn note(answers: &watch::Sender<bool>, told: &Mutex<BTreeSet<String>>, event: &E
         Event::Connected => Some(true),
         Event::Disconnected | Event::Closed => Some(false),
         Event::ClientError(error) => {
-            if told.insert(error.to_string()) {
+            let text = error.to_string();
+            let refused = [
+                ConnectErrorKind::AuthorizationViolation,
+                ConnectErrorKind::Authentication,
+            ];
+            let refused = refused.iter().any(|kind| text.ends_with(&kind.to_string()));
+            if !told.insert(text) {
+                return;
+            }
+            if refused {
+                tracing::warn!(%error, "NATS refuses this node: look at the user and password in `nats`; sessions go on within it");
+            } else {
                 tracing::info!(%error, "NATS cannot be reached: sessions go on within this node");
             }
             None

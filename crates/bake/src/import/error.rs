@@ -38,7 +38,9 @@ pub enum ImportError {
         name: String,
     },
     /// A reference that would read outside of the source's folder.
-    #[error("{place}: the URI \"{uri}\" leaves the folder of the source: put the file beside it")]
+    #[error(
+        "{place}: the URI \"{uri}\" leaves the folder of the source: put the file beside it; to upload both, pack them into one .zip"
+    )]
     UriLeavesFolder {
         /// Where it stands.
         place: String,
@@ -64,6 +66,14 @@ pub enum ImportError {
         place: String,
         /// [`Limits::max_objects`](super::Limits::max_objects).
         limit: usize,
+    },
+    /// Nothing is left to draw because a file is not there.
+    #[error(
+        "{file}, and without that file nothing is left to draw; put it beside the source; to upload both, pack them into one .zip"
+    )]
+    MissingFile {
+        /// Where it is asked for, its name, and why it cannot be read.
+        file: String,
     },
     /// Nothing is left to draw.
     #[error("nothing is left to draw: {reasons}")]

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::ImportError;
-use super::reader::Reader;
+use super::reader::{NO_BUFFER_FILE, Reader};
 use crate::source::{Material, SourceScene};
 
 /// How many defects a refusal lists.
@@ -75,6 +75,9 @@ fn has_member(value: &Value, name: &str) -> bool {
 
 /// Why there is nothing.
 pub(super) fn nothing_to_draw(reader: &Reader, scene: &SourceScene) -> ImportError {
+    if let Some(missing) = reader.defects.iter().find(|defect| defect.kind == NO_BUFFER_FILE) {
+        return ImportError::MissingFile { file: missing.first };
+    }
     let reasons: Vec<String> = reader
         .defects
         .iter()

@@ -16,6 +16,9 @@ use super::uri::{Target, target};
 use super::{FileError, ImportError, SourceFiles};
 use crate::defect::Defects;
 
+/// The kind of defect when the file of a buffer cannot be read.
+pub(super) const NO_BUFFER_FILE: &str = "file of a buffer missing: left out with what needs it";
+
 /// A shared run of bytes.
 #[derive(Debug, Clone)]
 pub(super) struct Bytes {
@@ -166,12 +169,16 @@ impl<'a> Reader<'a> {
     }
 
     fn load_buffer(&mut self, index: usize) -> Read<Bytes> {
-        const MISSING: &str = "buffer missing: left out with what needs it";
         let buffer = self.root.listed("buffers", index)?;
         let bytes = match (buffer.text("uri")?, &self.bin) {
-            (Some(uri), _) => Bytes::new(self.load(uri, &buffer.place, MISSING)?),
+            (Some(uri), _) => Bytes::new(self.load(uri, &buffer.place, NO_BUFFER_FILE)?),
             (None, Some(bin)) if index == 0 => bin.clone(),
-            (None, _) => return flaw(MISSING, format!("{}: it has no uri and no binary chunk", buffer.place)),
+            (None, _) => {
+                return flaw(
+                    "buffer missing: left out with what needs it",
+                    format!("{}: it has no uri and no binary chunk", buffer.place),
+                );
+            }
         };
         let (claimed, there) = (buffer.index("byteLength")?.unwrap_or(0), bytes.as_slice().len());
         self.defects.note(
