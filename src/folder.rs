@@ -23,11 +23,15 @@ pub(crate) fn make_private(folder: &Path) -> io::Result<()> {
 /// Makes a file for its owner alone, empty where none is there; takes it, and those that SQLite puts beside it, from everybody
 /// else. What belongs to another user stays as it is.
 pub(crate) fn make_private_file(file: &Path) -> io::Result<()> {
+    // One that is there is not opened: to close it would drop the locks that this process holds on it.
     let mut making = std::fs::OpenOptions::new();
-    making.append(true).create(true);
+    making.write(true).create_new(true);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut making, 0o600);
-    making.open(file)?;
+    match making.open(file) {
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
+        _ => {}
+    }
     #[cfg(unix)]
     for beside in ["", "-wal", "-shm"] {
         use std::{fs, os::unix::fs::PermissionsExt};

@@ -1,4 +1,5 @@
-//! Which variables look like settings and are none, and what was meant? Which one gave a value that cannot be read? One whose name is spelt wrong would do nothing, without a word.
+//! Which variables look like settings and are none, and what was meant? Which one gave a value that cannot be read? One whose
+//! name is spelt wrong would do nothing, without a word.
 
 use std::{collections::BTreeSet, ffi::OsString, fmt};
 
@@ -79,17 +80,23 @@ fn variable_of(program: &Command, error: &clap::Error, said: &[String], set: &BT
     if flags.any(|said| said == flag) {
         return None;
     }
-    let variable = variable_behind(program, flag).filter(|name| set.contains(name))?;
+    let variable = variable_behind(program, said, flag).filter(|name| set.contains(name))?;
     variable.into_string().ok()
 }
 
-/// The variable that a flag of a command, or of one below it, can be set by.
-fn variable_behind(command: &Command, flag: &str) -> Option<OsString> {
-    let here = command
-        .get_arguments()
-        .find(|argument| argument.get_long() == Some(flag));
+/// The variable that a flag can be set by, of a command or of the one below it that was said.
+fn variable_behind(command: &Command, said: &[String], flag: &str) -> Option<OsString> {
+    let mut flags = command.get_arguments();
+    let here = flags.find(|argument| argument.get_long() == Some(flag));
     let here = here.and_then(|argument| argument.get_env()).map(ToOwned::to_owned);
-    here.or_else(|| command.get_subcommands().find_map(|below| variable_behind(below, flag)))
+    let below = || {
+        let (at, below) = said
+            .iter()
+            .enumerate()
+            .find_map(|(at, word)| Some((at, command.find_subcommand(word)?)))?;
+        variable_behind(below, &said[at + 1..], flag)
+    };
+    here.or_else(below)
 }
 
 /// The name that is spelt most alike, if one is; `own` bytes of the name are its own.

@@ -64,8 +64,13 @@ impl Catalogue {
         if trials.send_if_modified(Trial::begin) {
             let (catalogue, trials) = (self.clone(), trials.clone());
             tokio::spawn(async move {
-                let trying = tokio::time::timeout(PATIENCE, catalogue.write_least()).await;
-                let outcome = trying.context("nothing can be written in time").flatten();
+                // In a task of its own, so that a panic ends the trial, too.
+                let mut trying = tokio::spawn(async move { catalogue.write_least().await });
+                let ended = tokio::time::timeout(PATIENCE, &mut trying).await;
+                trying.abort();
+                let outcome = ended
+                    .context("nothing can be written in time")
+                    .and_then(|ended| ended.context("the trial broke off").flatten());
                 trials.send_modify(|trial| trial.end(outcome));
             });
         }

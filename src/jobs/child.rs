@@ -316,8 +316,8 @@ fn out_of_memory_kills() -> Option<u64> {
 fn killed(mib: u64, ran_out: Option<bool>) -> Failure {
     let detail = match ran_out {
         Some(true) => format!(
-            "the system ran out of memory and killed it before it came to its own limit of {mib} MiB; upload a smaller scene, \
-             or give the machine more memory"
+            "it was killed before it came to its own limit of {mib} MiB, and the system ran out of memory meanwhile, so probably \
+             for that; upload a smaller scene, or give the machine more memory"
         ),
         Some(false) => "somebody killed it, and the system was not out of memory; upload the scene again".to_owned(),
         None => "it was killed, by somebody or by a system that ran out of memory; upload the scene again".to_owned(),

@@ -138,15 +138,19 @@ impl BlobStore {
         try_join_all(writing).await?;
         self.write(&identity_key(name), bytes).await?;
         self.inner.cache.remove(name);
+        for coding in Coding::ALL {
+            self.damaged().remove(&variant_key(name, coding));
+        }
         Ok(PutOutcome::Stored { stored_bytes })
     }
 
     /// Copies a blob with its variants, as they are, into another store. Says whether it was new there.
     ///
     /// # Errors
-    /// When the blob is not here or damaged, or a store fails.
+    /// When the blob or one of its variants is not here or damaged, or a store fails.
     pub async fn copy_to(&self, name: &BlobName, target: &Self) -> Result<bool, StoreError> {
-        let forms = self.get(name).await?.ok_or_else(|| StoreError::Missing(name.clone()))?;
+        let forms = self.load_once(name, false).await;
+        let forms = forms.map_err(|error| error.unwrap_or_else(|| StoreError::Missing(name.clone())))?;
         if target.holds(name, &forms.identity.bytes).await? {
             return Ok(false);
         }

@@ -74,6 +74,8 @@ struct Shape {
     /// The numbers of its triangles, in source order.
     triangles: Range<u32>,
     held: Held,
+    /// Whether it is drawn as lines or points, too.
+    has_more: bool,
     points: Vec<Vec3>,
 }
 
@@ -135,6 +137,7 @@ impl World {
             shapes.push(Shape {
                 triangles: std::mem::replace(&mut numbered, end)..end,
                 held,
+                has_more: flatten::has_lines_or_points(&scene.models[object.model]),
                 points,
             });
         }
@@ -254,6 +257,12 @@ impl World {
     #[must_use]
     pub fn triangle_count_of(&self, object: u32) -> usize {
         self.shapes[object as usize].triangles.len()
+    }
+
+    /// Whether an object has lines or points beside its triangles.
+    #[must_use]
+    pub fn has_lines_or_points(&self, object: u32) -> bool {
+        self.shapes[object as usize].has_more
     }
 
     /// One of the triangles of an object.

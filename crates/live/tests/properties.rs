@@ -92,7 +92,7 @@ impl Play {
             Step::Ears { who, listens } if listens != self.listens[who] => {
                 self.stage.ears(self.people[who], listens);
                 self.listens[who] = listens;
-                // Who cannot be woken talks on.
+                // A promise that counted on being woken is void, which it knows.
                 self.hushed_until.remove(&self.people[who]);
             }
             Step::Ears { .. } => {}
@@ -117,7 +117,6 @@ impl Play {
                 }
             }
             let now_ms = self.stage.now_ms;
-            let promised = promised.filter(|_| self.listens[who]);
             let silent = promised.is_some_and(|(at, radius_m, until_ms)| {
                 now_ms + 100 < until_ms && (self.x[who] - at).abs() <= radius_m
             });

@@ -206,8 +206,9 @@ impl Piece {
         [((a + b + c) / 3.0, self.near), (a, self.near)]
     }
 
-    /// Parts that cover the piece and have better bounds. When it lies over the edge of a flat patch, it is cut there; when it mostly juts out over an edge of the shape that it is
-    /// near to, what juts out is cut off, and the rest needs no further look; else it is quartered.
+    /// Parts that cover the piece and have better bounds. When it lies over the edge of a flat patch, it is cut there; when it
+    /// mostly juts out over an edge of the shape that it is near to, what juts out is cut off, and the rest needs no further look;
+    /// else it is quartered.
     fn parts(&self, target: &ShapeTree) -> Vec<Self> {
         let at_patch = |shape| target.patches().cut(shape, &self.corners, 0.5 * self.bound);
         if let Some(sides) = self.near.and_then(at_patch) {

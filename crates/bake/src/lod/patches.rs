@@ -7,7 +7,8 @@
 //! but on them. So a piece that none of them meets is covered all over if one of its points is.
 //!
 //! Guarantee: [`Patches::bound`] is never less than the distance of any point of the piece from the patch, but for rounding to
-//! double precision. Cost: O(n log n) to make; a question looks at the bounding edges beside the piece.
+//! double precision. Cost: O(n log n) to make; a question looks at the bounding edges in the rows that the piece lies in, at most
+//! [`MOST_LOOKED_AT`].
 
 use std::collections::HashMap;
 
@@ -23,6 +24,10 @@ const INSET: f64 = 1e-5;
 const MOST_INSET: f64 = 1e-2;
 /// Fewer triangles are asked one by one.
 const LEAST: usize = 4;
+/// A piece with more edges in its rows is not known to be covered.
+const MOST_LOOKED_AT: usize = 4096;
+/// An edge of more triangles bounds all of them.
+const MOST_AT_AN_EDGE: usize = 8;
 /// A piece that more edges meet is better quartered than cut.
 const MOST_CUTS: usize = 8;
 
@@ -109,7 +114,7 @@ impl Patches {
         let patch = self.patch(shape)?;
         let (flat, inset) = patch.flattened(piece, INSET * self.diagonal);
         let middle = flat.iter().sum::<DVec2>() / 3.0;
-        let is_covered = patch.meeting(&flat, 1).is_empty() && patch.winds_around(middle);
+        let is_covered = patch.meeting(&flat, 1)?.is_empty() && patch.winds_around(middle);
         is_covered.then(|| patch.off_plane(piece) + patch.off + inset)
     }
 
@@ -122,7 +127,7 @@ impl Patches {
             return None;
         }
         let (flat, _) = patch.flattened(piece, INSET * self.diagonal);
-        let met = patch.meeting(&flat, MOST_CUTS + 1);
+        let met = patch.meeting(&flat, MOST_CUTS + 1)?;
         if met.len() > MOST_CUTS {
             return None;
         }
@@ -175,6 +180,18 @@ impl Patch {
             times,
         };
         patch.edges = loose.into_iter().map(edge).collect();
+        // Rows lie along most edges: the teeth of a comb are in few rows each then.
+        let along = patch
+            .edges
+            .iter()
+            .fold(DVec2::ZERO, |sum, edge| sum + (edge.to - edge.from).abs());
+        if along.y > along.x {
+            // A quarter turn, which changes no winding.
+            patch.axes = [v, -u];
+            for edge in &mut patch.edges {
+                (edge.from, edge.to) = (-edge.from.perp(), -edge.to.perp());
+            }
+        }
         patch.rows = Rows::of(&patch.edges);
         patch
     }
@@ -198,13 +215,17 @@ impl Patch {
         (piece.map(|p| self.flat(p.lerp(middle, share))), share * reach)
     }
 
-    /// The bounding edges that meet a triangle, up to so many.
-    fn meeting(&self, triangle: &[DVec2; 3], most: usize) -> Vec<Edge> {
+    /// The bounding edges that meet a triangle, up to so many; `None` where there are too many to look at.
+    fn meeting(&self, triangle: &[DVec2; 3], most: usize) -> Option<Vec<Edge>> {
         let heights = triangle.map(|p| p.y);
         let low = heights.into_iter().fold(f64::INFINITY, f64::min);
         let high = heights.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let beside = self.rows.between(low, high);
+        if beside.len() > MOST_LOOKED_AT {
+            return None;
+        }
         let mut met: Vec<u32> = Vec::new();
-        for &number in self.rows.between(low, high) {
+        for &number in beside {
             if met.len() == most {
                 break;
             }
@@ -212,7 +233,7 @@ impl Patch {
                 met.push(number);
             }
         }
-        met.into_iter().map(|number| self.edges[number as usize]).collect()
+        Some(met.into_iter().map(|number| self.edges[number as usize]).collect())
     }
 
     fn winds_around(&self, point: DVec2) -> bool {
@@ -333,11 +354,13 @@ impl Neighbours {
         Self { corners, edges, at }
     }
 
-    /// Shapes that share an edge with this one, itself among them.
+    /// Shapes that share an edge with this one, itself among them, but for edges of many.
     fn beside(&self, shape: usize) -> impl Iterator<Item = usize> + '_ {
         self.at[shape].iter().flat_map(|first| {
             let edges = &self.edges[*first as usize..];
             let side = edges[0].0;
+            let is_shared_by_many = edges.get(MOST_AT_AN_EDGE).is_some_and(|(other, _)| *other == side);
+            let edges = if is_shared_by_many { &edges[..0] } else { edges };
             let same = edges.iter().take_while(move |(other, _)| *other == side);
             same.map(|(_, shape)| *shape as usize)
         })
@@ -407,6 +430,28 @@ mod tests {
     }
 
     #[test]
+    fn teeth_of_a_comb_stand_in_few_rows_whichever_way_they_stand() {
+        for turned in [false, true] {
+            let mut shapes = squares(40, |x, y| y > 0 && x % 2 == 1);
+            if turned {
+                shapes.iter_mut().flatten().for_each(|p| (p.x, p.y) = (p.y, -p.x));
+            }
+            let patches = Patches::of(&shapes, 60.0);
+            let patch = &patches.patches[0];
+            assert!(
+                patch.rows.edges.len() < 4 * patch.edges.len(),
+                "{}",
+                patch.rows.edges.len()
+            );
+            let tooth = shapes
+                .iter()
+                .position(|[a, _, _]| a.x.abs() > 5.0 && a.y.abs() > 5.0)
+                .unwrap();
+            assert!(patches.bound(tooth as u32, &shapes[tooth]).is_some());
+        }
+    }
+
+    #[test]
     fn no_point_is_further_than_the_bound_whatever_the_patch() {
         let mut random = crate::visibility::random::Random::stream(21, 0);
         let mut covered = 0;
@@ -430,14 +475,21 @@ mod tests {
                 let corner = |random: &mut crate::visibility::random::Random| {
                     middle.with_z(0.2) + random.around_zero().as_dvec3() * DVec3::new(1.5, 1.5, 0.2)
                 };
-                let piece = [0; 3].map(|_| corner(&mut random));
+                let mut piece = [0; 3].map(|_| corner(&mut random));
+                if random.unit() < 0.5 {
+                    // Along the patch, and up to its border, where nothing hides what the bound forgets.
+                    piece = piece.map(|p| DVec3::new(p.x.round(), p.y.round(), 0.0));
+                }
                 let shape = random.below(shapes.len()) as u32;
                 let Some(bound) = patches.bound(shape, &piece) else {
                     continue;
                 };
                 covered += 1;
-                for _ in 0..30 {
-                    let [u, v] = random.in_triangle().map(f64::from);
+                let places = (0..30).map(|i| match i {
+                    0..10 => random.in_triangle().map(f64::from),
+                    _ => [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.0, 0.5], [0.5, 0.5]][i % 6],
+                });
+                for [u, v] in places.collect::<Vec<_>>() {
                     let point = piece[0] + u * (piece[1] - piece[0]) + v * (piece[2] - piece[0]);
                     let distance = tree.nearest_to_all(&[point], None, 0.0).distance;
                     assert!(distance <= bound * (1.0 + 1e-9), "{distance} > {bound}");

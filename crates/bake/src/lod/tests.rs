@@ -3,6 +3,7 @@ use std::f32::consts::{PI, TAU};
 use glam::DVec3;
 use proptest::prelude::*;
 
+use super::error::hausdorff_bound_of;
 use super::octree::{Locked, Octree};
 use super::proximity::{ShapeTree, point_distance_squared};
 use super::reduction::Reduction;
@@ -265,6 +266,38 @@ fn the_stated_error_bounds_what_brute_force_measures_and_is_not_loose() {
             }
         }
     }
+}
+
+/// A wall of 20,000 triangles is where a wall of two is, and not where it has a hole or a bump.
+#[test]
+fn a_flat_wall_is_no_further_from_a_coarse_one_than_it_is() {
+    let side = 100;
+    let wall = |is_open: &dyn Fn(u32, u32) -> bool, bump: f64| {
+        let at = |x: u32, y: u32| {
+            let z = if (x, y) == (30, 30) { bump } else { 0.0 };
+            DVec3::new(f64::from(x), f64::from(y), z)
+        };
+        let mut shapes = Vec::new();
+        for (x, y) in (0..side).flat_map(|x| (0..side).map(move |y| (x, y))) {
+            if !is_open(x, y) {
+                shapes.push([at(x, y), at(x + 1, y), at(x + 1, y + 1)]);
+                shapes.push([at(x, y), at(x + 1, y + 1), at(x, y + 1)]);
+            }
+        }
+        ShapeTree::new(shapes)
+    };
+    let corner = |x: f64, y: f64| DVec3::new(x * f64::from(side), y * f64::from(side), 0.0);
+    let [a, b, c, d] = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+    let coarse = ShapeTree::new(vec![[a, b, c], [a, c, d]]);
+    let error = |wall: ShapeTree| hausdorff_bound_of(&wall, &coarse, HausdorffLimits::default());
+    let diagonal = coarse.diagonal();
+    let whole = error(wall(&|_, _| false, 0.0));
+    assert!(whole <= 3e-4 * diagonal, "{whole}");
+    let bumpy = error(wall(&|_, _| false, 2.0));
+    assert!((2.0..2.8).contains(&bumpy), "{bumpy}");
+    // The middle of the hole is five from its rim.
+    let holed = error(wall(&|x, y| (40..50).contains(&x) && (40..60).contains(&y), 0.0));
+    assert!((5.0..7.0).contains(&holed), "{holed}");
 }
 
 #[test]

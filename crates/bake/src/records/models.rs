@@ -67,7 +67,8 @@ impl<'a> Models<'a> {
             };
             chain.levels.iter().try_for_each(&mut write)?;
             // Nobody far away wants the finest pictures of what has no coarser mesh.
-            let mut last = chain.levels.last().cloned();
+            let with_pictures = |level: &&LodLevel| !pictures_of(level, scene).is_empty();
+            let mut last = chain.levels.last().filter(with_pictures).cloned();
             while let Some(level) = last {
                 last = pictures.with_smaller(level, scene);
                 last.as_ref().map_or(Ok(()), &mut write)?;
@@ -341,7 +342,7 @@ pub(super) fn coarsest(model: &Model) -> &Level {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::{Primitive, Topology};
+    use crate::source::{Material, Primitive, Texture, Topology};
 
     struct Nowhere;
 
@@ -349,6 +350,60 @@ mod tests {
         fn put(&self, _: &BlobName, _: Vec<u8>) -> Result<(), SinkError> {
             Ok(())
         }
+    }
+
+    #[test]
+    fn pictures_get_smaller_where_the_mesh_does_not() {
+        let scene = SourceScene {
+            materials: vec![Material {
+                gltf: serde_json::json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}),
+                see_through: false,
+                double_sided: false,
+            }],
+            textures: vec![Texture {
+                image: 0,
+                sampler: None,
+            }],
+            ..SourceScene::default()
+        };
+        let rung = |bytes: u64| TextureRef {
+            url: BlobName::of(&bytes.to_le_bytes(), "png").unwrap(),
+            bytes,
+        };
+        // 1,024 texels along 4 units.
+        let ladder = (
+            Some(1024.0),
+            [900_000, 300_000, 80_000, 20_000, 6_000, 1_500].map(rung).to_vec(),
+        );
+        let pictures = PicturesOnModel {
+            ladders: &[ladder],
+            covered: BTreeMap::from([(0, 4.0)]),
+        };
+        let level = LodLevel {
+            geometric_error: 0.0,
+            triangles: 1,
+            lines: 0,
+            primitives: vec![Primitive {
+                material: Some(0),
+                positions: vec![[0.0; 3], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0]],
+                indices: vec![0, 1, 2],
+                ..Primitive::default()
+            }],
+        };
+        let mut shown = vec![(level.geometric_error, pictures.at(0, 0.0).bytes)];
+        let mut last = Some(level);
+        while let Some(level) = last {
+            last = pictures.with_smaller(level, &scene);
+            shown.extend(
+                last.as_ref()
+                    .map(|l| (l.geometric_error, pictures.at(0, l.geometric_error).bytes)),
+            );
+        }
+        let texels: Vec<_> = shown
+            .iter()
+            .map(|(error, bytes)| ((error * 256.0).round(), *bytes))
+            .collect();
+        assert_eq!(texels, [(0.0, 900_000), (4.0, 80_000), (16.0, 6_000), (64.0, 1_500)]);
     }
 
     /// A second primitive costs more than what is left out with most corners of the first.

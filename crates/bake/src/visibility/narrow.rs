@@ -170,6 +170,7 @@ mod tests {
     use super::*;
     use crate::{
         cells::plan::Builder,
+        source::{Primitive, Topology},
         visibility::{
             conservative::Scenery,
             prover::{Proofs, Prover},
@@ -253,26 +254,65 @@ mod tests {
         for y in [-0.2, 3.0] {
             builder.block("slab", [-3.2, y, -3.2], [3.2, y + 0.2, 3.2]);
         }
-        // One thing in the room, and in two places outside.
-        let mut corners = Vec::new();
-        for x in [-5.0, 1.0, 5.0] {
-            corners.extend([[x, 0.5, 0.0], [x, 0.5, 1.0], [x, 2.5, 1.0]]);
+        // Two things that stand around the room on all sides; one of them is in there, too.
+        let around = [
+            [-5.0, 1.0, 0.0],
+            [5.0, 1.0, 0.0],
+            [0.0, 1.0, -5.0],
+            [0.0, 1.0, 5.0],
+            [0.0, -1.5, 0.0],
+            [0.0, 4.5, 0.0],
+        ];
+        for (name, places) in [
+            ("outside", &around[..]),
+            ("scattered", &[&around[..], &[[1.0, 1.0, 0.0]]].concat()),
+        ] {
+            let corners = places
+                .iter()
+                .flat_map(|[x, y, z]| [[*x, *y, *z], [x + 0.2, *y, *z], [*x, y + 0.2, z + 0.2]]);
+            let corners: Vec<_> = corners.collect();
+            let indices = (0..corners.len() as u32).collect();
+            builder.mesh(name, corners, indices);
         }
-        builder.mesh("scattered", corners, (0..9).collect());
         let world = World::new(&builder.scene).unwrap();
-        let scattered = world.object_bounds().len() as u32 - 1;
+        let [outside, scattered] = [2, 1].map(|last| world.object_bounds().len() as u32 - last);
         let [min, max] = [[-2.0, 1.0, -2.0], [-1.0, 2.0, -1.0]].map(|p| world.relative(p));
         let eye = Region::of_box(min, max);
-        for scout in [&mut Blind as &mut dyn Scout, &mut Faces(&world)] {
-            assert_eq!(ask(&world, &eye, scattered, scout), Answer::Open);
+        assert!(matches!(
+            ask(&world, &eye, outside, &mut Faces(&world)),
+            Answer::Hidden(_)
+        ));
+        assert_eq!(ask(&world, &eye, scattered, &mut Faces(&world)), Answer::Open);
+        // The box around either is hidden on all sides.
+        for object in [outside, scattered] {
+            assert_eq!(ask(&world, &eye, object, &mut Blind), Answer::Open);
         }
-        let [min, max] = [[-2.0, 1.0, 5.0], [-1.0, 2.0, 6.0]].map(|p| world.relative(p));
-        let outside = Region::of_box(min, max);
-        assert_eq!(
-            ask(&world, &outside, scattered, &mut Blind),
-            Answer::Open,
-            "the others are seen"
+    }
+
+    #[test]
+    fn a_line_is_not_hidden_with_the_faces_of_its_object() {
+        let mut builder = Builder::default();
+        builder.block("wall", [0.0, 0.0, -10.0], [0.2, 3.0, 4.0]);
+        builder.mesh(
+            "board",
+            vec![[1.0, 0.5, 0.0], [1.0, 0.5, 1.0], [1.0, 1.5, 1.0]],
+            vec![0, 1, 2],
         );
+        let model = builder.scene.models.len() - 1;
+        let ask_about = |builder: &Builder| {
+            let world = World::new(&builder.scene).unwrap();
+            let [min, max] = [[-6.0, 1.0, 0.0], [-5.0, 1.5, 1.0]].map(|p| world.relative(p));
+            let board = world.object_bounds().len() as u32 - 1;
+            ask(&world, &Region::of_box(min, max), board, &mut Faces(&world))
+        };
+        assert!(matches!(ask_about(&builder), Answer::Hidden(_)));
+        builder.scene.models[model].primitives.push(Primitive {
+            topology: Topology::Lines,
+            positions: vec![[1.0, 1.0, 1.0], [1.0, 1.0, 9.0]],
+            indices: vec![0, 1],
+            ..Primitive::default()
+        });
+        assert_eq!(ask_about(&builder), Answer::Open);
     }
 
     #[test]

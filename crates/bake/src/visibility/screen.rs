@@ -7,8 +7,8 @@
 //! from the eyes, or from the target. Pieces are halved where that fails.
 //!
 //! Guarantee: conservative, but for gaps narrower than 8 · 10⁻⁶ of the scene's diagonal, and those of up to [`DOOR_GAP`] between
-//! a leaf and what stands beside it, which are closed. Cost: a proof where one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf,
-//! and for all of them together at most [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
+//! a leaf and what stands beside it, which are closed. Cost: a proof where one wall or body does; else a few for each piece, at
+//! most [`MOST_PIECES`] for a leaf, and for all of them together at most [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
 
 use std::collections::BTreeSet;
 

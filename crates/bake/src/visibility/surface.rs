@@ -38,10 +38,10 @@ impl Default for Surface {
 }
 
 impl Surface {
-    /// The faces of an object; `None` when it has none or very many.
+    /// The faces of an object; `None` when it has none or very many, or is more than faces.
     #[must_use]
     pub fn of(world: &World, object: u32) -> Option<Self> {
-        let few = world.triangle_count_of(object) <= MOST_FACES;
+        let few = world.triangle_count_of(object) <= MOST_FACES && !world.has_lines_or_points(object);
         few.then(|| Self::of_triangles(world.triangles_of(object).iter().map(|triangle| triangle.corners)))?
     }
 

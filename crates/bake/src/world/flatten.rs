@@ -73,6 +73,15 @@ pub(super) fn triangles<'s>(scene: &'s SourceScene, model: &'s SourceModel) -> i
     })
 }
 
+/// Whether a model is drawn as more than triangles.
+pub(super) fn has_lines_or_points(model: &SourceModel) -> bool {
+    let mut drawn = model
+        .primitives
+        .iter()
+        .filter(|primitive| !primitive.indices.is_empty());
+    drawn.any(|primitive| primitive.topology != Topology::Triangles)
+}
+
 /// Indices of a primitive name vertices; vertices that no shape uses do not count.
 fn used_points(primitive: &Primitive) -> impl Iterator<Item = [f32; 3]> {
     primitive.indices.iter().map(|i| primitive.positions[*i as usize])

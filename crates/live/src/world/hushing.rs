@@ -69,7 +69,13 @@ impl World {
             return;
         }
         let mover = &self.movers[&object];
-        let mut reach_ms = mover.validity.ms();
+        let is_unheard = mover.way.is_none() && !mover.is_heard_when_it_leaves();
+        let most_ms = if is_unheard {
+            self.rules.longest_unheard_tbv_ms
+        } else {
+            self.rules.longest_tbv_ms
+        };
+        let mut reach_ms = mover.validity.ms().min(most_ms);
         while reach_ms >= Validity::SHORTEST_MS {
             let (tbv, cells) = self.volume(mover, now_ms, now_ms + reach_ms);
             let small = cells.len() <= MOST_CELLS || reach_ms < 2 * Validity::SHORTEST_MS;

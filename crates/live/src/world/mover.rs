@@ -21,6 +21,8 @@ use crate::{
 pub(super) struct Mover {
     /// Who drives it, and hears `hush` and `wake`. Nobody is told of what they drive.
     pub(super) owner: Option<SessionId>,
+    /// Whether its owner, if it has one, can be woken.
+    pub(super) owner_listens: bool,
     /// It lives on another node, which says where it is, and puts it away when nobody here watches it.
     pub(super) abroad: bool,
     pub(super) look: Look,
@@ -89,7 +91,7 @@ impl Mover {
 
     /// Whether its owner says when it leaves its volume, and hears when it is to speak before.
     pub(super) fn is_heard_when_it_leaves(&self) -> bool {
-        self.owner.is_some() && self.way.is_none()
+        self.owner.is_some() && self.owner_listens && self.way.is_none()
     }
 
     /// Whether a volume still holds it. Of an owner who would have said when it left, the end of the promise says nothing.

@@ -93,6 +93,9 @@ impl World {
         };
         let mover = Mover {
             owner,
+            owner_listens: owner
+                .and_then(|owner| self.sessions.get(&owner))
+                .is_none_or(|session| session.listens),
             abroad: false,
             look: new.look,
             radius_m,

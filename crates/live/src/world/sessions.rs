@@ -95,6 +95,9 @@ impl World {
             way: None,
         };
         self.add(object, Some(id), avatar, now_ms)?;
+        if let Some(mover) = self.movers.get_mut(&object) {
+            mover.owner_listens = new.listens;
+        }
         let second = self.rules.bytes_per_s;
         let mut session = Session::new(object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
         session.listens = new.listens;
@@ -194,7 +197,8 @@ impl World {
     }
 
     /// From now on somebody listens to a session, or nobody does, and what was told before is void. Whoever is told of nothing
-    /// watches nothing, so that it costs others nothing; whoever comes is told of all that it sees at the next tick.
+    /// watches nothing, so that it costs others nothing; whoever comes is told of all that it sees at the next tick. An avatar whose
+    /// owner cannot be woken any more keeps no volume that counts on that.
     pub fn listens(&mut self, id: SessionId, listens: bool, now_ms: Ms) {
         let session = self.sessions.get_mut(&id);
         let Some(session) = session.filter(|session| session.listens != listens) else {
@@ -202,6 +206,7 @@ impl World {
         };
         session.listens = listens;
         session.forget();
+        let own = session.object;
         for object in std::mem::take(&mut session.shown).into_keys() {
             if let Some(mover) = self.movers.get_mut(&object) {
                 mover.shown_to.remove(&id);
@@ -209,6 +214,13 @@ impl World {
         }
         self.gone.retain(|(session, _), _| *session != id);
         self.look(id, now_ms);
+        if let Some(mover) = self.movers.get_mut(&own) {
+            mover.owner_listens = listens;
+            if !listens && !mover.is_awake() {
+                self.rouse(own, now_ms);
+                self.settle(own, now_ms);
+            }
+        }
     }
 
     /// Forgets what a session was told, and tells everything again; the caller greets it, and says in which cell it is.

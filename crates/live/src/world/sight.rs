@@ -2,10 +2,12 @@
 //!
 //! A participant sees into the cells that can be seen from its own cell, and from those that it may have reached before
 //! the next event arrives: within its speed times a round trip. A mover is in the cells that its ball touches, widened
-//! by what it moves in a tick, where its pose leads and where it was when it was heard of last. The mover is told of when one of its cells is seen into and it is inside the area of
-//! interest. What closed doors hide is left out ([`doors`](super::doors)). Seen cells that the area reaches are *watched*; a mover in no watched cell concerns nobody.
+//! by what it moves in a tick, where its pose leads and where it was when it was heard of last. The mover is told of when one
+//! of its cells is seen into and it is inside the area of interest. What closed doors hide is left out ([`doors`](super::doors)).
+//! Seen cells that the area reaches are *watched*; a mover in no watched cell concerns nobody.
 //!
-//! Conservative as far as the scene's sets are: a mover that is not told of cannot be seen.
+//! Conservative as far as the scene's sets are: a mover that is not told of is seen neither where its pose leads nor where it was
+//! heard of last, but for a round trip in which an owner is woken.
 
 use std::{collections::BTreeSet, sync::Arc};
 
