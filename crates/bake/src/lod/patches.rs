@@ -10,7 +10,7 @@
 //! double precision. Cost: O(n log n) to make; a question looks at the bounding edges in the rows that the piece lies in, at most
 //! [`MOST_LOOKED_AT`].
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
@@ -154,7 +154,7 @@ impl Patch {
             edges: Vec::new(),
             rows: Rows::of(&[]),
         };
-        let mut balance: HashMap<[u32; 2], (i32, [DVec3; 2])> = HashMap::new();
+        let mut balance: BTreeMap<[u32; 2], (i32, [DVec3; 2])> = BTreeMap::new();
         for &member in members {
             patch.off = patch.off.max(patch.off_plane(&shapes[member]));
             let ids = neighbours.corners[member];
@@ -169,17 +169,13 @@ impl Patch {
                 balance.entry(key).or_insert((0, ends)).0 += times;
             }
         }
-        let mut loose: Vec<_> = balance
-            .into_iter()
-            .filter(|([a, b], (times, _))| a != b && *times != 0)
-            .collect();
-        loose.sort_unstable_by_key(|(key, _)| *key);
+        let loose = balance.into_iter().filter(|([a, b], (times, _))| a != b && *times != 0);
         let edge = |(_, (times, [from, to])): ([u32; 2], (i32, [DVec3; 2]))| Edge {
             from: patch.flat(from),
             to: patch.flat(to),
             times,
         };
-        patch.edges = loose.into_iter().map(edge).collect();
+        patch.edges = loose.map(edge).collect();
         // Rows lie along most edges: the teeth of a comb are in few rows each then.
         let along = patch
             .edges
@@ -332,7 +328,7 @@ struct Neighbours {
 
 impl Neighbours {
     fn of(shapes: &[Corners]) -> Self {
-        let mut numbers: HashMap<[u64; 3], u32> = HashMap::new();
+        let mut numbers: BTreeMap<[u64; 3], u32> = BTreeMap::new();
         let mut number = |p: &DVec3| {
             let next = numbers.len() as u32;
             // Both zeros are one place.
