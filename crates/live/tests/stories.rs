@@ -448,6 +448,30 @@ fn who_stays_in_a_corner_is_silent_for_minutes_and_who_leaves_it_gets_a_larger_o
 }
 
 #[test]
+fn who_cannot_be_woken_is_put_away_for_moments_only() {
+    let rules = Rules::default();
+    let mut stage = Stage::rooms(60);
+    stage.enter(0.5);
+    let b = stage.enter(30.5);
+    let heard = stage.walk(b, 30.6, SPEED_MPS).expect("nobody can see b");
+    assert!(
+        heard.until_ms > stage.now_ms + rules.longest_unheard_tbv_ms,
+        "{heard:?}"
+    );
+    stage.ears(b, false);
+    stage.now_ms += 100;
+    let deaf = stage.walk(b, 30.7, SPEED_MPS).expect("nobody can see b");
+    assert!(deaf.until_ms <= stage.now_ms + rules.longest_unheard_tbv_ms, "{deaf:?}");
+    stage.ears(b, true);
+    stage.now_ms += rules.longest_unheard_tbv_ms;
+    let again = stage.walk(b, 30.8, SPEED_MPS).expect("nobody can see b");
+    assert!(
+        again.until_ms > stage.now_ms + rules.longest_unheard_tbv_ms,
+        "{again:?}"
+    );
+}
+
+#[test]
 fn who_says_how_it_moves_and_how_fast_that_changes_is_put_away_in_a_smaller_volume() {
     let mut stage = Stage::rooms(60);
     stage.enter(0.5);
