@@ -82,7 +82,7 @@ pub struct CacheUse {
     pub misses: u64,
     /// Bytes held.
     pub bytes: u64,
-    /// Variants that were found damaged, each once.
+    /// Variants that were found damaged, each once until it is written anew.
     pub damaged_variants: u64,
 }
 
@@ -107,8 +107,9 @@ struct Inner {
     cache: Cache<BlobName, Arc<Representations>, ByBytes>,
     hits: Spread<AtomicU64>,
     misses: AtomicU64,
-    /// The keys of variants that were told to be damaged.
+    /// The keys of variants that were told to be damaged and not written anew since.
     damaged: Mutex<BTreeSet<Key>>,
+    damaged_variants: AtomicU64,
 }
 
 impl BlobStore {
@@ -275,7 +276,7 @@ impl BlobStore {
             hits: self.inner.hits.sum(),
             misses: self.inner.misses.load(Ordering::Relaxed),
             bytes: self.inner.cache.weight(),
-            damaged_variants: self.damaged().len() as u64,
+            damaged_variants: self.inner.damaged_variants.load(Ordering::Relaxed),
         }
     }
 
@@ -309,6 +310,7 @@ impl BlobStore {
         let variant = async |coding| match self.variant(name, coding, &identity).await {
             Err(error @ StoreError::CorruptVariant { .. }) if without => {
                 if self.damaged().insert(variant_key(name, coding)) {
+                    self.inner.damaged_variants.fetch_add(1, Ordering::Relaxed);
                     tracing::error!(%error, "it is served in its other forms");
                 }
                 Ok(None)

@@ -101,6 +101,7 @@ impl BlobStore {
                 hits: Spread::default(),
                 misses: AtomicU64::new(0),
                 damaged: Mutex::default(),
+                damaged_variants: AtomicU64::new(0),
             }),
         }
     }
