@@ -16,7 +16,8 @@ pub(super) async fn alive() -> Response {
     plain("ok\n")
 }
 
-/// `GET /readyz`: the catalogue and the store answer, and the catalogue can be written. A node that is cut off from others serves on, and says so.
+/// `GET /readyz`: the catalogue and the store answer, and the catalogue can be written. A node that is cut off from others
+/// serves on, and says so.
 pub(super) async fn ready(
     State(catalogue): State<Catalogue>,
     State(blobs): State<BlobStore>,

@@ -146,7 +146,7 @@ impl Mover {
     /// is a wall between, since whoever extrapolates knows of none.
     pub(super) fn cells(&self, cells: &Cells, now_ms: Ms, tick_ms: Ms) -> Vec<CellId> {
         let ball = self.ball(now_ms, tick_ms);
-        let GoesOn::Straight { velocity, for_ms } = self.goes_on else {
+        let (GoesOn::Straight { velocity, for_ms }, None) = (self.goes_on, &self.way) else {
             return cells.under(&ball);
         };
         let near_m = self.radius_m + SLACK * self.max_speed_mps * (2 * tick_ms) as f64 * 1e-3;
@@ -154,9 +154,6 @@ impl Mover {
             center: std::array::from_fn(|axis| ball.center[axis] + velocity[axis] * ms as f64 * 1e-3),
             radius_m: near_m,
         };
-        if self.way.is_some() {
-            return cells.under(&ball);
-        }
         let unheard_ms = (now_ms - self.said_ms).clamp(0, for_ms);
         let on_the_way: Vec<_> = (0..=unheard_ms / tick_ms).map(|ticks| at(ticks * tick_ms)).collect();
         let mut found = cells.under_any(&on_the_way);

@@ -69,7 +69,7 @@ impl Lattice {
     pub fn finest(primitives: &[Primitive]) -> Self {
         let coordinates = primitives.iter().flat_map(|p| &p.positions).flatten();
         let furthest = coordinates.fold(0.0f64, |far, x| far.max(f64::from(x.abs())));
-        Self::of_exponent((furthest / MOST_MANTISSA).log2().ceil())
+        Self::of_exponent(bits_beyond_a_float(furthest))
     }
 
     /// The lattices of all models' level 0.
@@ -172,7 +172,12 @@ impl Frame {
 
 /// By how many bits a whole number is too long for the 24 bits, sign included, of a filtered float.
 pub(super) fn excess_bits(furthest: f64) -> f64 {
-    (furthest / MOST_MANTISSA).log2().ceil().max(0.0)
+    bits_beyond_a_float(furthest).max(0.0)
+}
+
+/// Negative where there is room for more.
+fn bits_beyond_a_float(furthest: f64) -> f64 {
+    (furthest / MOST_MANTISSA).log2().ceil()
 }
 
 fn place(object: &SourceObject) -> (&str, [u64; 16]) {

@@ -184,21 +184,17 @@ impl Search {
 
 impl Piece {
     fn judge(&mut self, target: &ShapeTree, enough: f64) {
-        let by_patch = |shape: u32, corners: &Corners| target.patches().bound(shape, corners);
-        if let Some(bound) = self.near.and_then(|shape| by_patch(shape, &self.corners))
-            && bound <= enough
-        {
-            self.bound = bound;
-            return;
+        let by_patch = |shape| target.patches().bound(shape, &self.corners).unwrap_or(f64::INFINITY);
+        let mut bound = self.near.map_or(f64::INFINITY, by_patch);
+        if bound > enough {
+            let near = target.nearest_to_all(&self.corners, self.near, enough);
+            if near.distance > enough && self.near != Some(near.shape) {
+                bound = by_patch(near.shape);
+            }
+            bound = bound.min(near.distance);
+            self.near = Some(near.shape);
         }
-        let near = target.nearest_to_all(&self.corners, self.near, enough);
-        self.near = Some(near.shape);
-        self.bound = near.distance;
-        if self.bound > enough
-            && let Some(bound) = by_patch(near.shape, &self.corners)
-        {
-            self.bound = self.bound.min(bound);
-        }
+        self.bound = bound;
     }
 
     fn samples(&self) -> [(DVec3, Option<u32>); 2] {

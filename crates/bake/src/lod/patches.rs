@@ -10,10 +10,17 @@
 //! double precision. Cost: O(n log n) to make; a question looks at the bounding edges in the rows that the piece lies in, at most
 //! [`MOST_LOOKED_AT`].
 
+mod neighbours;
+mod rows;
+
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
+use self::{
+    neighbours::Neighbours,
+    rows::{Edge, Rows},
+};
 use super::proximity::Corners;
 
 /// Corners of a patch lie no further off its plane than this share of the diagonal.
@@ -26,8 +33,6 @@ const MOST_INSET: f64 = 1e-2;
 const LEAST: usize = 4;
 /// A piece with more edges in its rows is not known to be covered.
 const MOST_LOOKED_AT: usize = 4096;
-/// An edge of more triangles bounds all of them.
-const MOST_AT_AN_EDGE: usize = 8;
 /// A piece that more edges meet is better quartered than cut.
 const MOST_CUTS: usize = 8;
 
@@ -51,22 +56,6 @@ struct Patch {
     edges: Vec<Edge>,
     /// Rows of equal height; edge numbers by the rows that they pass.
     rows: Rows,
-}
-
-/// A bounding edge, and how many more triangles have it in this direction than in the other.
-#[derive(Clone, Copy)]
-struct Edge {
-    from: DVec2,
-    to: DVec2,
-    times: i32,
-}
-
-struct Rows {
-    low: f64,
-    height: f64,
-    /// Where the edges of each row begin.
-    first: Vec<u32>,
-    edges: Vec<u32>,
 }
 
 impl Patches {
@@ -248,118 +237,6 @@ impl Patch {
             }
         });
         times.sum::<i32>() != 0
-    }
-}
-
-impl Edge {
-    fn length(&self) -> f64 {
-        self.from.distance(self.to)
-    }
-
-    /// Whether it meets a triangle: no line separates them.
-    fn meets(&self, triangle: &[DVec2; 3]) -> bool {
-        let [a, b, c] = *triangle;
-        let separates = |axis: DVec2| {
-            let [mine, other] = [&[self.from, self.to][..], &triangle[..]].map(|points| {
-                let heights = points.iter().map(|p| p.dot(axis));
-                heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| {
-                    [low.min(h), high.max(h)]
-                })
-            });
-            mine[1] < other[0] || other[1] < mine[0]
-        };
-        let axes = [b - a, c - b, a - c, self.to - self.from].map(DVec2::perp);
-        !axes.into_iter().any(separates)
-    }
-}
-
-impl Rows {
-    /// Rows of a few edges.
-    fn of(edges: &[Edge]) -> Self {
-        let ends = || edges.iter().flat_map(|edge| [edge.from.y, edge.to.y]);
-        let low = ends().fold(f64::INFINITY, f64::min);
-        let high = ends().fold(f64::NEG_INFINITY, f64::max);
-        // Long edges stand in many rows: fewer then, so that an edge stands in three of them in the mean.
-        let passed: f64 = edges.iter().map(|edge| (edge.to.y - edge.from.y).abs()).sum();
-        let most = 2.0 * edges.len() as f64 * (high - low) / passed;
-        let count = (edges.len() / 4).min(most as usize).max(1);
-        let mut rows = Self {
-            low,
-            height: (high - low) / count as f64,
-            first: vec![0; count + 1],
-            edges: Vec::new(),
-        };
-        let mut held: Vec<Vec<u32>> = vec![Vec::new(); count];
-        for (edge, number) in edges.iter().zip(0..) {
-            let range = rows.range(edge.from.y.min(edge.to.y), edge.from.y.max(edge.to.y));
-            held[range].iter_mut().for_each(|row| row.push(number));
-        }
-        for (row, numbers) in held.iter().enumerate() {
-            rows.edges.extend(numbers);
-            rows.first[row + 1] = rows.edges.len() as u32;
-        }
-        rows
-    }
-
-    /// Rows that heights lie in; those below and above all are in the first and the last.
-    fn range(&self, low: f64, high: f64) -> std::ops::Range<usize> {
-        let last = self.first.len() - 2;
-        // NaN, where there is no height, becomes 0.
-        let row = |height: f64| (((height - self.low) / self.height) as usize).min(last);
-        row(low)..row(high) + 1
-    }
-
-    /// The edges of these rows, some of them several times.
-    fn between(&self, low: f64, high: f64) -> &[u32] {
-        let range = self.range(low, high);
-        &self.edges[self.first[range.start] as usize..self.first[range.end] as usize]
-    }
-}
-
-/// Which shapes share an edge.
-struct Neighbours {
-    /// Numbers of the corners: equal where they stand in one place.
-    corners: Vec<[u32; 3]>,
-    /// Edges of triangles, those of one place together, each with its triangle.
-    edges: Vec<([u32; 2], u32)>,
-    /// For each triangle and side where its edge stands there.
-    at: Vec<[u32; 3]>,
-}
-
-impl Neighbours {
-    fn of(shapes: &[Corners]) -> Self {
-        let mut numbers: BTreeMap<[u64; 3], u32> = BTreeMap::new();
-        let mut number = |p: &DVec3| {
-            let next = numbers.len() as u32;
-            // Both zeros are one place.
-            *numbers.entry((*p + 0.0).to_array().map(f64::to_bits)).or_insert(next)
-        };
-        let corners: Vec<[u32; 3]> = shapes
-            .iter()
-            .map(|[a, b, c]| [number(a), number(b), number(c)])
-            .collect();
-        let sides = |ids: &[u32; 3]| [0, 1, 2].map(|i| [ids[i].min(ids[(i + 1) % 3]), ids[i].max(ids[(i + 1) % 3])]);
-        let mut edges: Vec<([u32; 2], u32)> = corners
-            .iter()
-            .zip(0..)
-            .flat_map(|(ids, shape)| sides(ids).map(|side| (side, shape)))
-            .collect();
-        edges.sort_unstable();
-        let place = |side: [u32; 2]| edges.partition_point(|(other, _)| *other < side) as u32;
-        let at = corners.iter().map(|ids| sides(ids).map(place)).collect();
-        Self { corners, edges, at }
-    }
-
-    /// Shapes that share an edge with this one, itself among them, but for edges of many.
-    fn beside(&self, shape: usize) -> impl Iterator<Item = usize> + '_ {
-        self.at[shape].iter().flat_map(|first| {
-            let edges = &self.edges[*first as usize..];
-            let side = edges[0].0;
-            let is_shared_by_many = edges.get(MOST_AT_AN_EDGE).is_some_and(|(other, _)| *other == side);
-            let edges = if is_shared_by_many { &edges[..0] } else { edges };
-            let same = edges.iter().take_while(move |(other, _)| *other == side);
-            same.map(|(_, shape)| *shape as usize)
-        })
     }
 }
 

@@ -57,7 +57,7 @@ impl<'a> Models<'a> {
             if progress.cancelled() {
                 return Err(BakeError::Cancelled);
             }
-            let chain = lod::chain(model, settings);
+            let mut chain = lod::chain(model, settings);
             let pictures = pictures.on(model);
             let mut written = Vec::with_capacity(chain.levels.len());
             let mut coarsest_glb = Vec::new();
@@ -67,8 +67,7 @@ impl<'a> Models<'a> {
             };
             chain.levels.iter().try_for_each(&mut write)?;
             // Nobody far away wants the finest pictures of what has no coarser mesh.
-            let with_pictures = |level: &&LodLevel| !pictures_of(level, scene).is_empty();
-            let mut last = chain.levels.last().filter(with_pictures).cloned();
+            let mut last = chain.levels.pop();
             while let Some(level) = last {
                 last = pictures.with_smaller(level, scene);
                 last.as_ref().map_or(Ok(()), &mut write)?;

@@ -53,7 +53,7 @@ impl World {
         let Some(mover) = self.movers.get_mut(&object) else {
             return;
         };
-        if mover.is_heard_when_it_leaves() {
+        if mover.is_heard_when_it_leaves(&self.sessions) {
             let until_ms = now_ms + self.rules.longest_tbv_ms;
             self.enter(object, State::Hushed { tbv, until_ms });
         } else {
@@ -69,18 +69,18 @@ impl World {
             return;
         }
         let mover = &self.movers[&object];
-        let is_unheard = mover.way.is_none() && !mover.is_heard_when_it_leaves();
-        let most_ms = if is_unheard {
-            self.rules.longest_unheard_tbv_ms
-        } else {
+        let is_heard = mover.is_heard_when_it_leaves(&self.sessions);
+        let most_ms = if is_heard || mover.way.is_some() {
             self.rules.longest_tbv_ms
+        } else {
+            self.rules.longest_unheard_tbv_ms
         };
         let mut reach_ms = mover.validity.ms().min(most_ms);
         while reach_ms >= Validity::SHORTEST_MS {
             let (tbv, cells) = self.volume(mover, now_ms, now_ms + reach_ms);
             let small = cells.len() <= MOST_CELLS || reach_ms < 2 * Validity::SHORTEST_MS;
             if small && !self.is_watched(&cells, mover.owner) {
-                let lasts_ms = if mover.is_heard_when_it_leaves() {
+                let lasts_ms = if is_heard {
                     reach_ms.max(self.rules.longest_tbv_ms)
                 } else {
                     reach_ms
@@ -135,7 +135,7 @@ impl World {
         let tbv = self.ball(mover, now_ms, until_ms);
         let Some(way) = &mover.way else {
             // Who leaves it has gone on before that is heard here, as far as who is awake.
-            let late_m = if mover.is_heard_when_it_leaves() {
+            let late_m = if mover.is_heard_when_it_leaves(&self.sessions) {
                 self.rules.tick_reach_m(mover)
             } else {
                 0.0
@@ -186,9 +186,8 @@ impl World {
         }
         let moves = mover.way.is_none() && mover.max_speed_mps > 0.0;
         let fresh = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;
-        let mut is_heard = false;
+        let is_heard = moves && mover.is_heard_when_it_leaves(&self.sessions);
         if let Some(owner) = mover.owner.filter(|_| moves) {
-            is_heard = self.sessions.get(&owner).is_some_and(|session| session.listens);
             self.say(owner, Event::Wake { object });
         }
         if fresh || !is_heard {
@@ -204,11 +203,12 @@ impl World {
             return;
         };
         let expired = matches!(mover.state, State::Hushed { .. });
-        if expired && !mover.is_heard_when_it_leaves() {
+        let is_heard = mover.is_heard_when_it_leaves(&self.sessions);
+        if expired && !is_heard {
             mover.validity.lengthen();
         }
         let spoken = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;
-        if expired && mover.is_heard_when_it_leaves() && !spoken && mover.max_speed_mps > 0.0 {
+        if expired && is_heard && !spoken && mover.max_speed_mps > 0.0 {
             // The owner knows when.
             let until_ms = now_ms + self.rules.grace_ms;
             self.enter(object, State::Asked { until_ms });

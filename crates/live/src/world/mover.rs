@@ -1,7 +1,7 @@
 //! What is kept of a mover?
 
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     sync::{Arc, Weak},
 };
 
@@ -9,7 +9,7 @@ use belvedere_scene::{Bounds, CellId, ObjectId, object::ObjectInfo};
 
 use serde::{Deserialize, Serialize};
 
-use super::{check::SLACK, clock::SenderClock, movers::LONGEST_STEP_MS};
+use super::{check::SLACK, clock::SenderClock, movers::LONGEST_STEP_MS, session::Session};
 use crate::{
     Ms,
     event::{Attention, Moving, SessionId, Told},
@@ -21,8 +21,6 @@ use crate::{
 pub(super) struct Mover {
     /// Who drives it, and hears `hush` and `wake`. Nobody is told of what they drive.
     pub(super) owner: Option<SessionId>,
-    /// Whether its owner, if it has one, can be woken.
-    pub(super) owner_listens: bool,
     /// It lives on another node, which says where it is, and puts it away when nobody here watches it.
     pub(super) abroad: bool,
     pub(super) look: Look,
@@ -90,13 +88,19 @@ impl Mover {
     }
 
     /// Whether its owner says when it leaves its volume, and hears when it is to speak before.
-    pub(super) fn is_heard_when_it_leaves(&self) -> bool {
-        self.owner.is_some() && self.owner_listens && self.way.is_none()
+    pub(super) fn is_heard_when_it_leaves(&self, sessions: &BTreeMap<SessionId, Box<Session>>) -> bool {
+        let owner = self.owner.and_then(|owner| sessions.get(&owner));
+        self.way.is_none() && owner.is_some_and(|session| session.listens)
     }
 
     /// Whether a volume still holds it. Of an owner who would have said when it left, the end of the promise says nothing.
-    pub(super) fn keeps_to(&self, tbv: &Tbv, until_ms: Ms, now_ms: Ms) -> bool {
-        (now_ms < until_ms || self.is_heard_when_it_leaves()) && tbv.holds(self.pose.position)
+    pub(super) fn keeps_to(
+        &self,
+        (tbv, until_ms): (&Tbv, Ms),
+        sessions: &BTreeMap<SessionId, Box<Session>>,
+        now_ms: Ms,
+    ) -> bool {
+        (now_ms < until_ms || self.is_heard_when_it_leaves(sessions)) && tbv.holds(self.pose.position)
     }
 
     /// When it must be looked at again.

@@ -93,9 +93,6 @@ impl World {
         };
         let mover = Mover {
             owner,
-            owner_listens: owner
-                .and_then(|owner| self.sessions.get(&owner))
-                .is_none_or(|session| session.listens),
             abroad: false,
             look: new.look,
             radius_m,
@@ -168,7 +165,7 @@ impl World {
         };
         mover.velocity_is_said = sent.velocity.is_some();
         match mover.state {
-            State::Hushed { tbv, until_ms } if mover.keeps_to(&tbv, until_ms, now_ms) => {
+            State::Hushed { tbv, until_ms } if mover.keeps_to((&tbv, until_ms), &self.sessions, now_ms) => {
                 // Who speaks just before the end gets the next promise with the answer.
                 if until_ms - now_ms <= RENEWAL_TICKS * self.rules.tick_ms {
                     self.renew(object, tbv, now_ms);

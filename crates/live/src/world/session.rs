@@ -55,12 +55,12 @@ pub(super) struct Shown {
 }
 
 impl Session {
-    pub(super) fn new(object: ObjectId, aoi: Aoi, hears_movers: bool, bytes: Bucket) -> Self {
+    pub(super) fn new(object: ObjectId, aoi: Aoi, (hears_movers, listens): (bool, bool), bytes: Bucket) -> Self {
         Self {
             object,
             aoi,
             hears_movers,
-            listens: true,
+            listens,
             eye: Eye::default(),
             shown: BTreeMap::new(),
             remembered: VecDeque::new(),

@@ -95,12 +95,9 @@ impl World {
             way: None,
         };
         self.add(object, Some(id), avatar, now_ms)?;
-        if let Some(mover) = self.movers.get_mut(&object) {
-            mover.owner_listens = new.listens;
-        }
         let second = self.rules.bytes_per_s;
-        let mut session = Session::new(object, aoi, new.hears_movers, Bucket::full(second, second, now_ms));
-        session.listens = new.listens;
+        let bytes = Bucket::full(second, second, now_ms);
+        let session = Session::new(object, aoi, (new.hears_movers, new.listens), bytes);
         self.sessions.insert(id, Box::new(session));
         self.look(id, now_ms);
         self.seen(id, false, now_ms)
@@ -214,12 +211,9 @@ impl World {
         }
         self.gone.retain(|(session, _), _| *session != id);
         self.look(id, now_ms);
-        if let Some(mover) = self.movers.get_mut(&own) {
-            mover.owner_listens = listens;
-            if !listens && !mover.is_awake() {
-                self.rouse(own, now_ms);
-                self.settle(own, now_ms);
-            }
+        if !listens && self.movers.get(&own).is_some_and(|mover| !mover.is_awake()) {
+            self.rouse(own, now_ms);
+            self.settle(own, now_ms);
         }
     }
 
