@@ -18,7 +18,8 @@ use serde::Deserialize;
 use super::error::ApiError;
 use crate::published::Published;
 
-/// A time in whole milliseconds. To JSON Schema 10.0 is an integer.
+/// A time in whole milliseconds, ±(2⁵³ − 1): every one of them stands apart from its neighbours in the doubles that JSON's
+/// numbers are read into. To JSON Schema 10.0 is an integer.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(try_from = "f64")]
 struct Time(Ms);
@@ -27,11 +28,11 @@ impl TryFrom<f64> for Time {
     type Error = &'static str;
 
     fn try_from(ms: f64) -> Result<Self, Self::Error> {
-        const MOST: f64 = (1u64 << 53) as f64;
+        const MOST: f64 = ((1u64 << 53) - 1) as f64;
         if ms.fract() == 0.0 && ms.abs() <= MOST {
             Ok(Self(ms as Ms))
         } else {
-            Err("a time is a whole number of milliseconds")
+            Err("a time is a whole number of milliseconds, at most 9007199254740991 from zero")
         }
     }
 }
