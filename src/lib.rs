@@ -17,6 +17,7 @@
 //! * `folder`: how a folder is made in which nobody else may read.
 //! * `media`: of which kind published files are, and how long they may be kept.
 //! * `open_files`: how many connections the system has room for.
+//! * `page`: which files the viewer's page is made of, and their forms.
 //! * `spread`: how many threads count the same.
 //! * `worlds`: the worlds that are built into the program.
 //! * `dashboard`: what a terminal shows of a server that runs in it.
@@ -36,6 +37,7 @@ pub mod links;
 pub mod live;
 mod media;
 mod open_files;
+mod page;
 pub mod place;
 mod progress;
 pub mod publish;

@@ -21,7 +21,7 @@ use crate::{
     jobs::{CLAIM, Fault},
     place::{Absent, PlaceArgs},
     progress::{BakeProgress, Show},
-    publish::{self, BakeInput, OnFirst, Report, Request, data::DataFolder},
+    publish::{self, BakeInput, OnFirst, Request, data::DataFolder, report::Report},
 };
 
 #[derive(Debug, clap::Args)]

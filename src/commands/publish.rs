@@ -7,12 +7,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output::{bytes, print, print_json};
 use crate::{
+    page,
     place::PlaceArgs,
-    publish::{
-        data::DataFolder,
-        target::Target,
-        tree::{self, PageFile},
-    },
+    publish::{data::DataFolder, target::Target, tree},
 };
 
 #[derive(Debug, clap::Args)]
@@ -62,13 +59,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     bar.set_style(ProgressStyle::with_template(
         "    publish {bar:40.cyan/dim} {pos} of {len} blobs",
     )?);
-    let viewer: Vec<PageFile> = crate::http::viewer_files()
-        .map(|(path, bytes)| PageFile {
-            path: path.into_owned(),
-            bytes: bytes.into_owned(),
-        })
-        .collect();
-    let report = tree::write(&data, &args.scene, &viewer, &to, |done, all| {
+    let report = tree::write(&data, &args.scene, &to, |done, all| {
         bar.set_length(all);
         bar.set_position(done);
     })
@@ -86,7 +77,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         report.new_blobs,
         report.rungs,
         match to {
-            _ if viewer.is_empty() =>
+            _ if page::paths().next().is_none() =>
                 "this belvedere was built without its viewer, so there is no page to open: clients read these files",
             Target::Folder(_) => "serve that folder with any web server and open it in a browser",
             Target::Bucket(..) =>

@@ -70,7 +70,6 @@ pub use metrics::{Metrics, metrics_text};
 pub use openapi::OPENAPI_JSON;
 pub use pace::Pace;
 pub use policy::{NotAnOrigin, Origin, PagePolicy};
-pub use viewer::viewer_files;
 pub use visible::OnLine;
 
 use crate::{

@@ -1,7 +1,5 @@
-//! Where do the viewer's page and scripts come from? They are part of the program, taken from `viewer/dist` when it was
-//! built; without them `/` says how to build them.
-
-use std::borrow::Cow;
+//! How is the viewer's page answered? Each file with its tag, in the form that the browser prefers; without the page `/`
+//! says how to build it.
 
 use axum::{
     body::Body,
@@ -9,34 +7,23 @@ use axum::{
     http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header},
     response::{IntoResponse, Response},
 };
-use bytes::Bytes;
-use rust_embed::RustEmbed;
 
 use super::{
     conditional::{self, Verdict},
     error::ApiError,
+    negotiate::{self, Choice},
     policy::PagePolicy,
 };
-use crate::media;
-
-#[derive(RustEmbed)]
-#[folder = "viewer/dist"]
-#[allow_missing = true]
-struct Dist;
+use crate::{media, page};
 
 const PLACEHOLDER: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Belvedere</title>\
 <h1>Belvedere</h1><p>This server was built without its viewer. Build it with <code>npm ci &amp;&amp; npm run build</code> \
 in <code>viewer/</code>, then build the server again. What is published: <a href=\"/v1/scenes\">/v1/scenes</a>; \
 what can be asked: <a href=\"/openapi.json\">/openapi.json</a>.</p></html>";
 
-/// The viewer's files by path, for a static tree; empty when the program was built without the viewer.
-pub fn viewer_files() -> impl Iterator<Item = (Cow<'static, str>, Cow<'static, [u8]>)> {
-    Dist::iter().filter_map(|path| Dist::get(&path).map(|file| (path, file.data)))
-}
-
-/// Whether one of them is at this address.
+/// Whether a file of the page is at this address.
 pub(super) fn has(path: &str) -> bool {
-    path.strip_prefix('/').is_some_and(|file| Dist::get(file).is_some())
+    path.strip_prefix('/').is_some_and(page::has)
 }
 
 /// `GET /` and every address that no other route has: a file of the viewer.
@@ -50,7 +37,7 @@ pub(super) async fn file(
         "/" => "index.html",
         path => path.trim_start_matches('/'),
     };
-    let Some(file) = Dist::get(path) else {
+    let Some(forms) = page::forms(path).await else {
         return if path == "index.html" && uri.path() == "/" {
             Ok((
                 page_headers("text/html; charset=utf-8", media::PAGE, &policy),
@@ -64,26 +51,27 @@ pub(super) async fn file(
     if method != Method::GET && method != Method::HEAD {
         return Err(ApiError::MethodNotAllowed);
     }
-    let life = media::life(path);
-    let hash = belvedere_scene::BlobHash(file.metadata.sha256_hash());
-    let etag = format!("\"{hash}\"");
-    let mut answer = page_headers(media::kind(path), life, &policy);
-    answer.insert(
-        header::ETAG,
-        HeaderValue::try_from(&etag).expect("a tag is quoted hex digits"),
-    );
-    match conditional::evaluate(&headers, etag.as_bytes()) {
+    let Choice::Form(coding) = negotiate::choose(&headers, forms) else {
+        return Err(ApiError::NotAcceptable);
+    };
+    let form = forms.of(coding).expect("only forms that there are are chosen");
+    let mut answer = page_headers(media::kind(path), media::life(path), &policy);
+    let etag = HeaderValue::from_maybe_shared(form.etag.clone()).expect("a tag is quoted hex digits");
+    answer.insert(header::ETAG, etag);
+    if forms.has_variants() {
+        answer.insert(header::VARY, HeaderValue::from_static("Accept-Encoding"));
+    }
+    match conditional::evaluate(&headers, &form.etag) {
         Verdict::Failed => Err(ApiError::PreconditionFailed),
         Verdict::NotModified => {
             answer.remove(header::CONTENT_TYPE);
             Ok((StatusCode::NOT_MODIFIED, answer).into_response())
         }
         Verdict::Proceed => {
-            let bytes = match file.data {
-                Cow::Borrowed(bytes) => Bytes::from_static(bytes),
-                Cow::Owned(bytes) => Bytes::from(bytes),
-            };
-            Ok((answer, Body::from(bytes)).into_response())
+            if let Some(coding) = coding {
+                answer.insert(header::CONTENT_ENCODING, HeaderValue::from_static(coding.token()));
+            }
+            Ok((answer, Body::from(form.bytes.clone())).into_response())
         }
     }
 }

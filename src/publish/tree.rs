@@ -12,8 +12,9 @@ use belvedere_scene::{
 
 use super::{data::DataFolder, target::Target};
 use crate::{
+    page,
     published::{pointer_bytes, scene_list_bytes},
-    store::BlobStore,
+    store::{BlobStore, Coding},
 };
 
 /// The list of scenes, below the root.
@@ -32,19 +33,10 @@ pub(crate) struct TreeReport {
     pub(crate) rungs: u64,
 }
 
-/// A file of the viewer's page.
-#[derive(Debug)]
-pub(crate) struct PageFile {
-    /// Below the root of the tree.
-    pub(crate) path: String,
-    pub(crate) bytes: Vec<u8>,
-}
-
 /// Writes the tree of one scene's current revision; `wrote` hears of each blob.
 pub(crate) async fn write(
     data: &DataFolder,
     scene: &SceneName,
-    viewer: &[PageFile],
     to: &Target,
     mut wrote: impl FnMut(u64, u64),
 ) -> anyhow::Result<TreeReport> {
@@ -71,15 +63,28 @@ pub(crate) async fn write(
         }
         wrote(done as u64 + 1, blobs.len() as u64);
     }
-    for file in viewer {
-        to.replace(&file.path, &file.bytes).await?;
-    }
+    write_page(to).await?;
     target.sync().await?;
     to.replace(&format!("v1/scenes/{scene}/index.json"), &pointer_bytes(&pointer))
         .await?;
     let list = with_scene(read_list(to).await?, &pointer);
     to.replace(LIST, &scene_list_bytes(&list)).await?;
     Ok(report)
+}
+
+/// Writes the viewer's page; what its files name comes before them, as paths are in order.
+async fn write_page(to: &Target) -> anyhow::Result<()> {
+    for path in page::paths() {
+        let forms = page::forms(path).await.expect("what is listed is there");
+        for coding in Coding::ALL {
+            if let Some(form) = forms.of(Some(coding)) {
+                to.replace(&format!("{path}.{}", coding.file_suffix()), &form.bytes)
+                    .await?;
+            }
+        }
+        to.replace(path, &forms.identity.bytes).await?;
+    }
+    Ok(())
 }
 
 /// Writes the rungs of a smooth LOD that are not there yet; gives how many it has.

@@ -16,7 +16,7 @@ pub enum Coding {
 
 impl Coding {
     /// All of them.
-    pub(super) const ALL: [Self; 2] = [Self::Zstd, Self::Gzip];
+    pub(crate) const ALL: [Self; 2] = [Self::Zstd, Self::Gzip];
 
     /// Its name in `Content-Encoding`.
     #[must_use]
@@ -72,13 +72,25 @@ impl Coding {
     }
 }
 
+/// What the codings make of these bytes, where that saves enough.
+pub(super) fn variants(bytes: &[u8]) -> io::Result<Vec<(Coding, Vec<u8>)>> {
+    let mut variants = vec![];
+    for coding in Coding::ALL {
+        let encoded = coding.encode(bytes)?;
+        if saves_enough(bytes.len(), encoded.len()) {
+            variants.push((coding, encoded));
+        }
+    }
+    Ok(variants)
+}
+
 /// Whether a blob of this kind can be expected to shrink. Pictures and smooth LODs are entropy-coded already.
 pub(super) fn worth_trying(ext: &str) -> bool {
     !matches!(ext, "png" | "jpg" | "jpeg" | "webp" | "avif" | "ktx2" | "slod")
 }
 
 /// At least 5 %: less would not pay for one more copy in every cache.
-pub(super) fn saves_enough(identity_bytes: usize, encoded_bytes: usize) -> bool {
+fn saves_enough(identity_bytes: usize, encoded_bytes: usize) -> bool {
     encoded_bytes as u64 * 100 <= identity_bytes as u64 * 95
 }
 

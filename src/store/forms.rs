@@ -5,11 +5,11 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-use belvedere_scene::BlobName;
+use belvedere_scene::{BlobHash, BlobName};
 use bytes::Bytes;
 use quick_cache::Weighter;
 
-use super::Coding;
+use super::{Coding, coding};
 
 /// One stored form of a blob.
 #[derive(Debug)]
@@ -61,6 +61,26 @@ pub struct Representations {
 }
 
 impl Representations {
+    /// Those of bytes that are in no store, tagged as if they were: with all codings that save enough.
+    pub(crate) fn of_bytes(bytes: Bytes) -> Self {
+        let hash = BlobHash::of(&bytes);
+        let tag = |end: &str| Bytes::from(format!("\"{hash}{end}\""));
+        let (mut zstd, mut gzip) = (None, None);
+        // An encoder that fails, as without memory, costs a form.
+        for (coding, encoded) in coding::variants(&bytes).unwrap_or_default() {
+            let form = Representation::new(encoded.into(), tag(&format!("-{}", coding.token())));
+            match coding {
+                Coding::Zstd => zstd = Some(form),
+                Coding::Gzip => gzip = Some(form),
+            }
+        }
+        Self {
+            identity: Representation::new(bytes, tag("")),
+            zstd,
+            gzip,
+        }
+    }
+
     /// The form with this coding; `None` stands for the identity, which is always there.
     #[must_use]
     pub fn of(&self, coding: Option<Coding>) -> Option<&Representation> {

@@ -426,17 +426,10 @@ fn variants_of(name: &BlobName, bytes: &[u8]) -> Result<Vec<(Coding, Vec<u8>)>, 
     if !coding::worth_trying(name.ext()) {
         return Ok(vec![]);
     }
-    let mut variants = vec![];
-    for coding in Coding::ALL {
-        let encoded = coding.encode(bytes).map_err(|source| StoreError::Encode {
-            name: name.clone(),
-            source: Arc::new(source),
-        })?;
-        if coding::saves_enough(bytes.len(), encoded.len()) {
-            variants.push((coding, encoded));
-        }
-    }
-    Ok(variants)
+    coding::variants(bytes).map_err(|source| StoreError::Encode {
+        name: name.clone(),
+        source: Arc::new(source),
+    })
 }
 
 #[cfg(test)]

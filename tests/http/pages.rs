@@ -296,3 +296,39 @@ async fn the_front_page_is_a_page_with_a_policy() {
         assert!(policy.contains(directive), "{policy}");
     }
 }
+
+#[tokio::test]
+async fn files_of_the_page_come_compressed_to_whoever_takes_that() {
+    let server = Server::start().await;
+    let page = get(server.address, "/").await;
+    let text = String::from_utf8(page.body.clone()).unwrap();
+    let script = text.split('"').find(|part| part.ends_with(".js"));
+    let script = script.expect("this program was built without its viewer: make viewer");
+    let script = script.trim_start_matches("./");
+    for path in ["/".to_owned(), format!("/{script}")] {
+        let plain = get(server.address, &path).await;
+        assert_eq!((plain.status, plain.header("content-encoding")), (200, None), "{path}");
+        assert_eq!(plain.header("vary"), Some("Accept-Encoding"), "{path}");
+        for coding in ["gzip", "zstd"] {
+            let accept = ("Accept-Encoding", coding);
+            let coded = send(server.address, "GET", &path, &[accept]).await;
+            assert_eq!(coded.header("content-encoding"), Some(coding), "{path}");
+            assert!(2 * coded.body.len() < plain.body.len(), "{path}: {}", coded.body.len());
+            let etag = coded.header("etag").unwrap();
+            assert_ne!(Some(etag), plain.header("etag"));
+            let again = send(server.address, "GET", &path, &[accept, ("If-None-Match", etag)]).await;
+            assert_eq!((again.status, again.header("etag")), (304, Some(etag)), "{path}");
+            let decoded = match coding {
+                "zstd" => zstd::decode_all(&coded.body[..]).unwrap(),
+                _ => {
+                    let mut decoded = Vec::new();
+                    std::io::Read::read_to_end(&mut flate2::read::GzDecoder::new(&coded.body[..]), &mut decoded).unwrap();
+                    decoded
+                }
+            };
+            assert_eq!(decoded, plain.body, "{path}");
+        }
+        let none = send(server.address, "GET", &path, &[("Accept-Encoding", "identity;q=0, br")]).await;
+        assert_eq!(none.status, 406, "{path}");
+    }
+}

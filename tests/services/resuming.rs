@@ -149,6 +149,8 @@ async fn a_node_that_was_taken_for_dead_parts_from_what_others_have_taken_up() {
     let mut watches = watcher.listen().await;
     is_kept(&database.url, &west.session, true).await;
     is_kept(&database.url, &stays.session, true).await;
+    // Else B may ask for what it sees only once nobody answers.
+    while watches.wait("object-info").await.data["object"] != west.object {}
     a.pause();
     assert_eq!(hears_gone(&mut watches, &west.object).await, "left");
     west.address = b.address();

@@ -20,7 +20,7 @@ use self::which::Which;
 use super::output::{bytes, no_such_cell, percent, print, print_json, table};
 use crate::{
     place::PlaceArgs,
-    publish::{Report, data::DataFolder},
+    publish::{data::DataFolder, report::Report},
     published::SceneReader,
 };
 
