@@ -96,6 +96,24 @@ async function lose(page) {
   await says(page, "");
 }
 
+/** Gives it back, and takes it again before all can be drawn. */
+async function loseWhileItComesBack(page) {
+  await page.evaluate(async () => {
+    const canvas = document.querySelector("#view");
+    const after = (event, work) => {
+      const told = new Promise((tell) => canvas.addEventListener(event, tell, { once: true }));
+      work();
+      return told;
+    };
+    for (let i = 0; i < 2; i += 1) {
+      await after("webglcontextlost", () => window.card.loseContext());
+      await new Promise((over) => setTimeout(over));
+      await after("webglcontextrestored", () => window.card.restoreContext());
+    }
+  });
+  await says(page, "");
+}
+
 await tell("graphics", async (open) => {
   const first = await begin(open, url, "the first scene");
   await walkThrough(first);
@@ -124,6 +142,10 @@ await tell("graphics", async (open) => {
   await square.waitForFunction((n) => window.belvedere.state().people.length >= n, PEOPLE, { timeout });
   await insistReady(square, "among people");
   await lookBehind(square, "square");
+  await lose(square);
+  await loseWhileItComesBack(square);
+  await insistReady(square, "among people, by a graphics card that is back");
+  await square.screenshot({ path: picture("graphics-square-back") });
   for (const { object, token } of made) {
     await square.request.delete(new URL(`/v1/movers/${object}`, url).href, {
       headers: { Authorization: `Bearer ${token}` },

@@ -109,7 +109,7 @@ export class Avatars {
       const capture = new PersonCapture(person);
       const near = new NearCrowd(person, this.root);
       const far = new FarCrowd(capture.impostor, capture.pictures, this.root);
-      const all = [near.sample(), far.sample(), this.discs.sample(), ...capture.sample()];
+      const all = [near.sample(), far.sample(), this.discs.sample(), capture.sample()];
       await this.studio.prepare(new Group().add(...all));
       this.crowd = { person, near, far, capture };
     });
@@ -141,7 +141,7 @@ export class Avatars {
     near.draw(people[0]);
     if (people[1].length > 0 && !this.isCaptured) {
       this.isCaptured = true;
-      this.studio.paint((renderer) => capture.draw(renderer));
+      this.studio.paint(capture);
     }
     far.draw(people[1]);
     this.wardrobe.draw(wearers);

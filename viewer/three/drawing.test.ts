@@ -148,9 +148,9 @@ describe("no program is made while a picture is drawn", () => {
   });
 
   it.each([false, true])("of people near and far, and of discs under their feet (also cut off: %s)", async (isCut) => {
-    const paint = vi.fn((work) => {
+    const paint = vi.fn((painting) => {
       const before = card.programs;
-      stage.paint(work);
+      stage.paint(painting);
       expect(card.programs).toBe(before);
     });
     const avatars = new Avatars({
@@ -185,5 +185,22 @@ describe("no program is made while a picture is drawn", () => {
     await vi.waitUntil(() => drawn.mock.calls.length > 0, PATIENCE);
     expect(card.programs).toBeGreaterThan(before);
     expect(givenForPicture()).toBe(0);
+  });
+
+  it("that others show again by a graphics card that was lost, once it was not lost again meanwhile", async () => {
+    const material = new MeshStandardMaterial({ wireframe: true });
+    const wall = new Mesh(box(), material);
+    // What it took is freed, as by whoever draws seldom.
+    const draw = vi.fn(() => material.dispose());
+    const sample = vi.fn(() => wall);
+    await stage.prepare(wall);
+    stage.paint({ sample, draw });
+    const drawn = vi.fn();
+    stage.onRestored(drawn);
+    for (const event of ["webglcontextlost", "webglcontextrestored"] as const) card.tell(event);
+    for (const event of ["webglcontextlost", "webglcontextrestored"] as const) card.tell(event);
+    await vi.waitUntil(() => drawn.mock.calls.length > 0, PATIENCE);
+    await new Promise((later) => setTimeout(later, 100));
+    expect([drawn, draw, sample].map(({ mock }) => mock.calls.length)).toEqual([1, 2, 2]);
   });
 });

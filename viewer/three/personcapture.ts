@@ -10,6 +10,7 @@ import {
   Camera,
   Color,
   GLSL3,
+  Group,
   InstancedBufferAttribute,
   InstancedBufferGeometry,
   LinearFilter,
@@ -27,6 +28,7 @@ import { axesOf, directionOf } from "../core/impostors.ts";
 import { BODY } from "./bodymaterial.ts";
 import type { Drawable } from "./impostormaterial.ts";
 import type { Person } from "./person.ts";
+import type { Painting } from "./stage.ts";
 
 /** Samples along a side of a pixel. */
 const SAMPLES = 4;
@@ -126,7 +128,7 @@ void main() {
 }`;
 
 /** The pictures of a person, which are empty until they are drawn. */
-export class PersonCapture {
+export class PersonCapture implements Painting {
   readonly impostor: Drawable;
   /** Colour, and shape. */
   readonly pictures: readonly [Texture, Texture];
@@ -160,12 +162,12 @@ export class PersonCapture {
     this.whole.frustumCulled = false;
   }
 
-  /** What it draws, to be prepared. */
-  sample(): Object3D[] {
-    return [this.body, this.whole];
+  /** What is drawn for them, to be prepared. */
+  sample(): Object3D {
+    return new Group().add(this.body, this.whole);
   }
 
-  /** Draws them, once. */
+  /** Draws them, and frees what that took until it is drawn again. */
   draw(renderer: WebGLRenderer): void {
     const { moments, side, drawn, atlas, body, whole } = this;
     const before = { target: renderer.getRenderTarget(), colour: renderer.getClearColor(new Color()) };

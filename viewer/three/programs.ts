@@ -47,6 +47,12 @@ interface Compiled {
   readonly programs?: ReadonlyMap<string, Program>;
 }
 
+/** A graphics card, and whether it has forgotten what it was told. */
+interface Card {
+  readonly gl: WebGL2RenderingContext;
+  isLost(): boolean;
+}
+
 /** How pictures are drawn, as far as programs differ by that. */
 interface Way {
   readonly isCut: boolean;
@@ -223,20 +229,27 @@ export class Programs {
   private async finish(programs: ReadonlySet<Program>): Promise<void> {
     const unknown = [...programs].filter((program) => !this.known.has(program));
     if (unknown.length === 0) return;
-    const gl = this.renderer.getContext() as WebGL2RenderingContext;
-    await Promise.all(unknown.map((program) => this.whenCompiled(gl, program)));
-    await whenIdle(gl);
+    const card = this.card();
+    await Promise.all(unknown.map((program) => this.whenCompiled(card, program)));
+    await whenIdle(card);
     for (const program of unknown) {
-      if (!this.known.has(program) && !gl.isContextLost()) this.learn(gl, program);
+      if (!this.known.has(program) && !card.isLost()) this.learn(card.gl, program);
     }
   }
 
-  private whenCompiled(gl: WebGL2RenderingContext, program: Program): Promise<void> {
+  /** The graphics card as it is, until it is lost to the page; it may be back by then, and knows nothing of what it was told before. */
+  private card(): Card {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    const { known } = this;
+    return { gl, isLost: () => gl.isContextLost() || this.known !== known };
+  }
+
+  private whenCompiled(card: Card, program: Program): Promise<void> {
     const known = this.compiled.get(program);
     if (known) return known;
     // They are few, and dear: each stays when the last that was drawn with it goes.
     program.usedTimes += 1;
-    const compiled = whenCompiled(gl, program.program as WebGLProgram);
+    const compiled = whenCompiled(card, program.program as WebGLProgram);
     this.compiled.set(program, compiled);
     return compiled;
   }
@@ -319,22 +332,24 @@ export function nextTask(): Promise<void> {
 }
 
 /** Waits until a program is compiled, without asking anything that the browser would have to wait for. */
-async function whenCompiled(gl: WebGL2RenderingContext, program: WebGLProgram): Promise<void> {
+async function whenCompiled(card: Card, program: WebGLProgram): Promise<void> {
+  const { gl } = card;
   const parallel = gl.getExtension("KHR_parallel_shader_compile");
   // Without the extension: what was begun before is done when the graphics card is idle.
-  if (parallel) await until(gl, () => gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR) as boolean);
+  if (parallel) await until(card, () => gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR) as boolean);
 }
 
 /** Waits until the graphics card has done what it was told, so that it answers at once. */
-async function whenIdle(gl: WebGL2RenderingContext): Promise<void> {
+async function whenIdle(card: Card): Promise<void> {
+  const { gl } = card;
   const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
   gl.flush();
-  await until(gl, () => !fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED);
-  gl.deleteSync(fence);
+  await until(card, () => !fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED);
+  if (!card.isLost()) gl.deleteSync(fence);
 }
 
-async function until(gl: WebGL2RenderingContext, isDone: () => boolean): Promise<void> {
+async function until({ isLost }: Card, isDone: () => boolean): Promise<void> {
   const end_ms = performance.now() + PATIENCE_MS;
   do await new Promise((look) => setTimeout(look, LOOK_AGAIN_MS));
-  while (!gl.isContextLost() && performance.now() < end_ms && !isDone());
+  while (!isLost() && performance.now() < end_ms && !isDone());
 }

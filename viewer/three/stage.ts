@@ -7,7 +7,7 @@ import {
   Color,
   DirectionalLight,
   HemisphereLight,
-  type Object3D,
+  Object3D,
   PerspectiveCamera,
   Plane,
   PMREMGenerator,
@@ -41,6 +41,13 @@ export class NoWebGlError extends Error {
 
 export type { Matrix4, Object3D } from "three";
 
+/** Pictures of one's own, which others show: drawn once, and again by a graphics card that has lost them. */
+export interface Painting {
+  /** What is drawn for them, to be prepared. */
+  sample(): Object3D;
+  draw(renderer: WebGLRenderer): void;
+}
+
 export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
@@ -49,6 +56,9 @@ export class Stage {
   private readonly resolution = new Resolution(LEAST_SCALE);
   private movingScale = 1;
   private isRenewing = false;
+  /** How often the graphics card was lost. */
+  private losses = 0;
+  private readonly paintings: Painting[] = [];
   private top_m: number | undefined;
 
   /** Answers when it can draw. */
@@ -90,6 +100,9 @@ export class Stage {
     // What is wrong with a program is said where it is prepared: to ask while one draws takes a while.
     this.renderer.debug.checkShaderErrors = false;
     this.programs = new Programs(this.renderer, this.scene, this.camera);
+    this.renderer.domElement.addEventListener("webglcontextlost", () => {
+      this.losses += 1;
+    });
     this.fill(this.pixelRatio());
     this.light(fast);
   }
@@ -101,7 +114,9 @@ export class Stage {
 
   /** Calls back when the graphics card, which had been lost to the page, can draw again; the picture is empty until then. */
   onRestored(draw: () => void): void {
-    this.renderer.domElement.addEventListener("webglcontextrestored", () => void this.renew().then(draw));
+    this.renderer.domElement.addEventListener("webglcontextrestored", async () => {
+      if (await this.renew()) draw();
+    });
   }
 
   add(object: Object3D): void {
@@ -226,16 +241,20 @@ export class Stage {
     if (!this.isRenewing) this.renderer.render(this.scene, this.camera);
   }
 
-  /** Has the graphics card, which has lost all of it, learn anew what it draws. */
-  private async renew(): Promise<void> {
+  /** Has the graphics card, which has lost all of it, learn anew what it draws; answers whether it can, and was not lost again. */
+  private async renew(): Promise<boolean> {
+    const { losses } = this;
     this.isRenewing = true;
     try {
       await this.programs.renew();
+      for (const painting of this.paintings) await this.programs.prepare(painting.sample());
     } catch (error) {
       console.error("what is drawn cannot be prepared anew", error);
-    } finally {
-      this.isRenewing = false;
     }
+    if (losses !== this.losses) return false;
+    this.isRenewing = false;
+    for (const painting of this.paintings) painting.draw(this.renderer);
+    return true;
   }
 
   private pixelRatio(): number {
@@ -252,15 +271,16 @@ export class Stage {
     return this.renderer.info.render.calls;
   }
 
-  /** Lets something draw pictures of its own before the next one. */
-  paint(work: (renderer: WebGLRenderer) => void): void {
-    work(this.renderer);
+  /** Has pictures drawn before the next one. */
+  paint(painting: Painting): void {
+    this.paintings.push(painting);
+    painting.draw(this.renderer);
   }
 
   private light(reflections: boolean): void {
     const skyLight = new HemisphereLight(new Color(0xe3ebf5), new Color(0x7d6f5f), reflections ? 0.9 : 1.6);
     this.scene.add(skyLight);
-    if (reflections) this.reflectRoom();
+    if (reflections) this.paint({ sample: () => new Object3D(), draw: () => this.reflectRoom() });
     // Two lights from unequal sides, so that walls of every direction differ in tone.
     const sun = new DirectionalLight(new Color(0xfff0d9), 1.7);
     sun.position.set(0.5, 1, 0.3);
@@ -272,6 +292,7 @@ export class Stage {
   private reflectRoom(): void {
     const room = new RoomEnvironment();
     const generator = new PMREMGenerator(this.renderer);
+    this.scene.environment?.dispose();
     this.scene.environment = generator.fromScene(room, 0.04, 0.1, 100, { size: ENVIRONMENT_SIZE_PX }).texture;
     this.scene.environmentIntensity = 0.28;
     generator.dispose();

@@ -2,20 +2,21 @@
  * How are people drawn who wear a model of the scene? By its impostor, from near by too: what is published of a model besides is
  * one pose. Pictures are fetched when the first of them comes into sight; until then they look like everybody else.
  */
-import type { Object3D, WebGLRenderer } from "three";
+import type { Object3D } from "three";
 import type { FileRef } from "../core/documents.ts";
 import type { Vec3 } from "../core/geometry.ts";
 import type { Impostor } from "../core/impostordocument.ts";
 import { FarCrowd, type Somebody } from "./crowds.ts";
 import { openPictures } from "./impostors.ts";
+import type { Painting } from "./stage.ts";
 import { TextureCache } from "./textures.ts";
 
 /** What drawing people takes. */
 export interface Studio {
   /** Waits until what is below a node can be drawn without waiting. */
   prepare(root: Object3D): Promise<void>;
-  /** Lets something draw pictures of its own. */
-  paint(work: (renderer: WebGLRenderer) => void): void;
+  /** Has pictures drawn. */
+  paint(painting: Painting): void;
   /** Brings a published file. */
   fetch(file: FileRef): Promise<ArrayBuffer>;
 }

@@ -44,7 +44,7 @@ export class LiveCompany {
   constructor(private readonly parts: LivePartsOfPage) {
     this.avatars = new Avatars({
       prepare: (root) => parts.visit.prepare(root),
-      paint: (work) => parts.visit.paint(work),
+      paint: (painting) => parts.visit.paint(painting),
       fetch: (file) => parts.visit.fetch(file),
     });
     parts.visit.add(this.avatars.root);

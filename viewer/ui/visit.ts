@@ -19,7 +19,7 @@ import { statureIn } from "../core/stature.ts";
 import { Walker } from "../core/walker.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
-import type { Matrix4, Object3D, Stage } from "../three/stage.ts";
+import type { Matrix4, Object3D, Painting, Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
 import { Errands } from "./errand.ts";
 import { FrozenView } from "./frozen.ts";
@@ -250,9 +250,9 @@ export class Visit {
     return this.parts.stage.prepare(root);
   }
 
-  /** Lets something draw pictures of its own. */
-  paint(work: Parameters<Stage["paint"]>[0]): void {
-    this.parts.stage.paint(work);
+  /** Has pictures drawn. */
+  paint(painting: Painting): void {
+    this.parts.stage.paint(painting);
   }
 
   /** How good the picture was over time. */
