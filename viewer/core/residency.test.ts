@@ -111,7 +111,7 @@ it("keeps blunt what went while it was near until little of that is left, or one
   set.need(new Set([1]), () => 1);
   expect(set.promise(2, 80, ANY)).toEqual({ details: [1], models: [] });
   expect([...set.stayBlunt()]).toEqual([1]);
-  hold(set, 2, 2, 40);
+  hold(set, 2, 2, 15);
   expect([...set.stayBlunt()]).toEqual([]);
   hold(set, 3, 2, 1);
   expect([...set.stayBlunt()]).toEqual([1]);

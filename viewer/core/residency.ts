@@ -118,11 +118,11 @@ export class ResidencySet {
 
   /**
    * Models that get nothing finer for now: those that lost their detail for want of memory while they were near, and have been
-   * near since, as long as what is near takes more than half of the memory. Else details would come in one cell and go in the
+   * near since, as long as what is near takes more than a quarter of it. Else details would come in one cell and go in the
    * next, again and again.
    */
   stayBlunt(): ReadonlySet<number> {
-    const isNoneOrFree = this.bluntedNear.size === 0 || this.near_bytes() <= this.limit_bytes / 2;
+    const isNoneOrFree = this.bluntedNear.size === 0 || this.near_bytes() <= this.limit_bytes / 4;
     return isNoneOrFree ? NO_MODELS : this.bluntedNear;
   }
 

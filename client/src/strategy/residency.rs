@@ -46,6 +46,13 @@ impl Resident {
     fn drawn(&self) -> &Mesh {
         self.detail.as_ref().unwrap_or(&self.base)
     }
+
+    fn files(&self) -> impl Iterator<Item = &Key> {
+        [Some(&self.base), self.detail.as_ref()]
+            .into_iter()
+            .flatten()
+            .flat_map(|mesh| &mesh.files)
+    }
 }
 
 /// What is held and on its way, within a limit.
@@ -143,11 +150,11 @@ impl Residency {
     }
 
     /// Models that get nothing finer for now: those that lost their detail for want of memory while they were near, and have been
-    /// near since, as long as what is near takes more than half of the memory. Else details would come in one cell and go in
+    /// near since, as long as what is near takes more than a quarter of the memory. Else details would come in one cell and go in
     /// the next, again and again.
     #[must_use]
     pub fn stay_blunt(&self) -> HashSet<ModelId> {
-        if self.blunted_near.is_empty() || self.near_bytes() <= self.limit_bytes / 2 {
+        if self.blunted_near.is_empty() || self.near_bytes() <= self.limit_bytes / 4 {
             return HashSet::new();
         }
         self.blunted_near.clone()
@@ -233,11 +240,11 @@ impl Residency {
         self.blunted_near.extend(near);
         for model in &gone.details {
             let detail = self.models.get_mut(model).and_then(|resident| resident.detail.take());
-            self.release(detail);
+            self.release(*model, detail);
         }
         for model in &gone.models {
             let base = self.models.remove(model).map(|resident| resident.base);
-            self.release(base);
+            self.release(*model, base);
         }
         for key in &gone.files {
             self.evict(*key);
@@ -337,7 +344,7 @@ impl Residency {
             }
         };
         for mesh in before {
-            self.release(Some(mesh));
+            self.release(model, Some(mesh));
         }
     }
 
@@ -355,19 +362,21 @@ impl Residency {
     /// What is near takes, each file once, with all that is on its way.
     fn near_bytes(&self) -> u64 {
         let near = self.models.iter().filter(|(model, _)| self.nearness.is_near(**model));
-        let meshes = near.flat_map(|(_, resident)| [Some(&resident.base), resident.detail.as_ref()]);
-        let files: HashSet<_> = meshes.flatten().flat_map(|mesh| &mesh.files).collect();
+        let files: HashSet<_> = near.flat_map(|(_, resident)| resident.files()).collect();
         let held = files.into_iter().filter_map(|key| self.files.get(key));
         self.asked_bytes + held.map(|file| file.bytes).sum::<u64>()
     }
 
     /// Files without users stay as long as memory allows.
-    fn release(&mut self, mesh: Option<Mesh>) {
+    fn release(&mut self, model: ModelId, mesh: Option<Mesh>) {
         self.uses += 1;
         for key in mesh.iter().flat_map(|mesh| &mesh.files) {
-            if let Some(file) = self.files.get_mut(key) {
-                file.users -= 1;
-                file.last_used = self.uses;
+            let Some(file) = self.files.get_mut(key) else { continue };
+            file.users -= 1;
+            file.last_used = self.uses;
+            // What others are still drawn with goes with one of them.
+            if file.users > 0 && file.last_user == Some(model) {
+                file.last_user = user_of(&self.models, *key, model);
             }
         }
     }
@@ -382,6 +391,16 @@ impl Residency {
             self.gone_near.insert(name, model);
         }
     }
+}
+
+/// A model that is drawn with a file, this one if it still is.
+fn user_of(models: &HashMap<ModelId, Resident>, file: Key, last: ModelId) -> Option<ModelId> {
+    let users = models
+        .iter()
+        .filter(|(_, resident)| resident.files().any(|key| *key == file));
+    users
+        .map(|(model, _)| *model)
+        .min_by_key(|model| (*model != last, *model))
 }
 
 impl Stock for Residency {

@@ -63,6 +63,38 @@ fn memory_is_never_exceeded_and_what_is_furthest_goes_first() {
 }
 
 #[test]
+fn what_goes_with_the_last_that_is_drawn_with_it_is_no_loss_of_who_was_before() {
+    let grade = |number: usize| Grade::all(&model(0)).nth(number).unwrap();
+    let file = |number: u32| FileRef::object(&name(&format!("file {number}"), "glb"), 100);
+    let key = |number: u32| file(number).name.key();
+    let mut held = Residency::within(400);
+    let bring = |held: &mut Residency, number: u32| {
+        held.ask(&file(number));
+        held.arrive(key(number), 100);
+    };
+    (0..4).for_each(|number| bring(&mut held, number));
+    // Both have a base of their own, and a detail of which they share a part: of it, the first has another.
+    for (number, files, at) in [(1, vec![1], 2), (2, vec![2], 2), (2, vec![0], 0), (1, vec![0, 3], 0)] {
+        held.hold(ModelId(number), grade(at), files.into_iter().map(key).collect(), true);
+    }
+    let any = Terms {
+        spare_bytes: 0,
+        within_steps: 0,
+        sharp_within_steps: None,
+    };
+    let mut goes = |near: u32, far: u32| {
+        held.need(HashSet::from([ModelId(near)]), HashMap::from([(ModelId(far), 3)]));
+        let gone = held.make_room(400 - held.bytes() + 100, &[], any).expect("room");
+        (gone.details, gone.files)
+    };
+    assert_eq!(goes(2, 1), (vec![ModelId(1)], vec![key(3)]));
+    assert_eq!(goes(1, 2), (vec![ModelId(2)], vec![key(0)]));
+    bring(&mut held, 0);
+    held.hold(ModelId(1), grade(0), vec![key(0)], true);
+    assert_eq!((held.evictions().again_bytes, held.evictions().cycle_bytes), (100, 0));
+}
+
+#[test]
 fn details_go_before_anything_that_is_seen_next_door_and_leave_no_hole() {
     let (here, next) = ([seen(1, 1.0)], [seen_at(2, 2, 9.0, 1.0, model(2))]);
     let mut planner = within(43_000);
@@ -142,8 +174,8 @@ fn what_went_while_it_was_seen_comes_back_where_memory_is_free_or_after_a_way_th
     // What is near takes little …
     planner.plan(&view(&here, Vec::new()), 1e9);
     assert!(wants_finer(&planner));
-    // … until half of the memory is on its way to here.
-    planner.residency.ask(&FileRef::object(&name("much", "glb"), 21_500));
+    // … until a quarter of the memory is on its way to here.
+    planner.residency.ask(&FileRef::object(&name("much", "glb"), 10_750));
     planner.plan(&view(&here, Vec::new()), 1e9);
     assert!(!wants_finer(&planner));
     // Whoever has been away begins anew.
