@@ -39,7 +39,8 @@ export class Starts implements Locator {
     });
     if (!named || this.index.known(named.cell)) return undefined;
     const coming = this.scene.start(named, PRIORITY.document).catch(() => undefined);
-    const start = await Promise.race([coming, this.late.next().then(() => undefined)]);
+    const late = this.late.next().then(() => this.scene.queue.cancel(this.scene.tree.resolve(named.url)));
+    const start = (await Promise.race([coming, late])) || undefined;
     const here = start?.cells.find(({ cell }) => cell === start.start);
     if (!start || here?.cell !== named.cell || !holdsAlone(here, point)) return undefined;
     for (const entry of start.cells) this.index.meet(entry);

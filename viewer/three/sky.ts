@@ -14,7 +14,9 @@ const VERTEX = /* glsl */ `
 varying vec3 vDirection;
 void main() {
   vDirection = position;
-  gl_Position = projectionMatrix * vec4(mat3(viewMatrix) * position, 1.0);
+  // Beyond the near plane, wherever that is.
+  float near = projectionMatrix[3][2] / (projectionMatrix[2][2] - 1.0);
+  gl_Position = projectionMatrix * vec4(mat3(viewMatrix) * (4.0 * near * position), 1.0);
 }`;
 
 /** Colours are mixed as they are written in styles, not as light. */

@@ -154,7 +154,7 @@ export class Stage {
   reach(nearest_m: number, furthest_m: number): void {
     const { camera, least_m } = this;
     const far = Math.max(least_m.far, furthest_m);
-    const near = Math.min(Math.max(least_m.near, NEAR_OF_CLEARANCE * nearest_m), far / 2);
+    const near = Math.min(Math.max(least_m.near, NEAR_OF_CLEARANCE * nearest_m), far * NEAR_OF_CLEARANCE);
     if (near === camera.near && far === camera.far) return;
     [camera.near, camera.far] = [near, far];
     camera.updateProjectionMatrix();

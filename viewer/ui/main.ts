@@ -119,6 +119,8 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     location.reload();
   };
   const outdated = () => toast.show("This world was published anew while you were in it.", "Show it", showAnew);
+  /** What is to be said of a link that was made in another revision. */
+  let ofOldLink = "";
   const dark = element("dark", HTMLParagraphElement);
   const visit = new Visit({
     scene,
@@ -133,7 +135,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     },
     answered: () => toast.answered(),
     outdated,
-    astray: (how) => toast.show(ASTRAY[how], TO_THE_START, () => visit.start()),
+    astray: (how) => toast.show(`${ofOldLink}${ASTRAY[how]}`, TO_THE_START, () => visit.start()),
     graphics: (state) => {
       dark.textContent = state === "lost" ? NO_GRAPHICS : "";
       dark.hidden = state === "here";
@@ -153,6 +155,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     visit,
     recording,
     company,
+    announcer,
     ...network,
     toggled: (open) => {
       document.body.classList.toggle("inspecting", open);
@@ -234,12 +237,14 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const pose = readPose(location.hash);
   const seen = readRevision(location.hash);
   if (seen !== undefined && seen !== scene.pointer.revision) {
-    toast.show("This world has changed since the link was made.", "All right", () => {});
+    ofOldLink = "This world has changed since the link was made. ";
+    toast.show(ofOldLink.trim(), "All right", () => {});
   }
   if (pose) visit.follow(pose);
   else visit.start();
   addEventListener("hashchange", () => {
     const target = readPose(location.hash);
+    ofOldLink = "";
     if (target) visit.follow(target);
   });
   addEventListener("online", () => {
