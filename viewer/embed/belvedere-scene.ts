@@ -22,7 +22,7 @@ import { make } from "../ui/dom.ts";
 import { Doors } from "../ui/doors.ts";
 import { type Opened, openScene } from "../ui/opening.ts";
 import { unlessForbidden } from "../ui/policy.ts";
-import { explain, explainSilence, NO_GRAPHICS, type Server, serverAt } from "../ui/problem.ts";
+import { explain, explainSilence, NO_GRAPHICS, NoSuchScene, type Server, serverAt } from "../ui/problem.ts";
 import { Visit } from "../ui/visit.ts";
 import { Attention, isTyping } from "./attention.ts";
 import { Caption } from "./caption.ts";
@@ -214,7 +214,8 @@ export class BelvedereScene extends HTMLElement {
 
   private fail(error: unknown, server: Server, caption: Caption): void {
     const { title, text } = explain(error, server);
-    caption.problem(`${title}. ${text}`, passes(error));
+    const others = error instanceof NoSuchScene ? error.others.map(({ scene }) => scene).join(", ") : "";
+    caption.problem(`${title}. ${text}${others && ` ${others}.`}`, passes(error));
     this.dispatchEvent(new CustomEvent("problem", { detail: error }));
   }
 }
