@@ -10,12 +10,19 @@ export interface Pose {
   readonly yaw: number;
   /** Radians, positive upwards. */
   readonly pitch: number;
+  /** Whether one flies there or walks; unless given, as one did before. */
+  readonly mode?: Mode | undefined;
 }
 
-/** `#p=x,y,z&yaw=…&pitch=…&rev=…`, centimetres, hundredths of a degree and the revision that was seen. */
-export function writePose({ position, yaw, pitch }: Pose, revision?: string): string {
+export type Mode = "fly" | "walk";
+
+/** `#p=x,y,z&yaw=…&pitch=…&mode=fly&rev=…`, millimetres, hundredths of a degree, how one moves unless one walks, and the revision that was seen. */
+export function writePose({ position, yaw, pitch, mode }: Pose, revision?: string): string {
   const degrees = (angle: number) => ((angle * 180) / Math.PI).toFixed(2);
-  return `#p=${position.map((x) => x.toFixed(3)).join(",")}&yaw=${degrees(yaw)}&pitch=${degrees(pitch)}${revision === undefined ? "" : `&rev=${revision}`}`;
+  const fields = [`p=${position.map((x) => x.toFixed(3)).join(",")}`, `yaw=${degrees(yaw)}`, `pitch=${degrees(pitch)}`];
+  if (mode === "fly") fields.push("mode=fly");
+  if (revision !== undefined) fields.push(`rev=${revision}`);
+  return `#${fields.join("&")}`;
 }
 
 /** The same page and pose, in whatever revision there is. */
@@ -31,14 +38,15 @@ export function readRevision(hash: string): string | undefined {
   return new URLSearchParams(hash.replace(/^#/, "")).get("rev") ?? undefined;
 }
 
-/** The pose of a hash, or `undefined` when it holds none that makes sense. */
+/** The pose of a hash, or `undefined` when it holds none that makes sense. Who is not said to fly walks. */
 export function readPose(hash: string): Pose | undefined {
   const fields = new URLSearchParams(hash.replace(/^#/, ""));
   const [x, y, z, more] = (fields.get("p") ?? "").split(",").map((text) => (text === "" ? Number.NaN : Number(text)));
   const angle = (name: string) => (Number(fields.get(name) ?? 0) * Math.PI) / 180;
   const [yaw, pitch] = [angle("yaw"), angle("pitch")];
   if (x === undefined || y === undefined || z === undefined || more !== undefined) return undefined;
-  return [x, y, z, yaw, pitch].every(Number.isFinite) ? { position: [x, y, z], yaw, pitch } : undefined;
+  const mode = fields.get("mode") === "fly" ? "fly" : "walk";
+  return [x, y, z, yaw, pitch].every(Number.isFinite) ? { position: [x, y, z], yaw, pitch, mode } : undefined;
 }
 
 /** Yaw and pitch of a unit quaternion x, y, z, w whose identity looks along −Z. */
@@ -55,11 +63,20 @@ export function orientationOf(yaw: number, pitch: number): [number, number, numb
   return [cosYaw * sinPitch, sinYaw * cosPitch, -sinYaw * sinPitch, cosYaw * cosPitch];
 }
 
+/** What should name a tree is not the address of one. */
+export class NoWebAddressError extends Error {
+  override readonly name = "NoWebAddressError";
+
+  constructor(readonly base: string) {
+    super(`"${base}" is not a web address`);
+  }
+}
+
 /** The tree that a page shows: the one named by `?base=`, else the folder in which the page lies. */
 export function treeBase(page: string): string {
-  const named = new URL(page).searchParams.get("base");
-  const base = new URL(named ?? ".", page);
-  if (base.protocol !== "http:" && base.protocol !== "https:") throw new Error(`${base.href} is not a web address`);
+  const named = new URL(page).searchParams.get("base") ?? ".";
+  const base = URL.canParse(named, page) ? new URL(named, page) : undefined;
+  if (base?.protocol !== "http:" && base?.protocol !== "https:") throw new NoWebAddressError(named);
   return base.href;
 }
 

@@ -8,7 +8,8 @@ import type { Download } from "./download.ts";
 import type { FetchQueueOptions } from "./fetchqueue.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import type { Meter } from "./linemeter.ts";
-import { FetchError, pause, transfer } from "./transfer.ts";
+import type { Silences } from "./silences.ts";
+import { FetchError, pause, StallError, type TransferOptions, transfer } from "./transfer.ts";
 import { leftOf } from "./travel.ts";
 import { isRung, promisedHash, verify } from "./verify.ts";
 
@@ -27,6 +28,7 @@ export interface FetchTally {
 }
 
 type Receive = (piece: Uint8Array) => void;
+type Manner = Omit<TransferOptions, "fetch">;
 
 export class Carrier {
   readonly tally: FetchTally = { bytes: 0, requests: 0, retries: 0, bundled: 0, unverified: 0, kept_bytes: 0 };
@@ -40,6 +42,8 @@ export class Carrier {
   constructor(
     private readonly options: FetchQueueOptions,
     private readonly meter: Meter,
+    /** Told of what is silent while it is tried again. */
+    private readonly silences: Silences,
   ) {}
 
   /** Whether the server offers bundles, and answers them as it should. */
@@ -56,7 +60,10 @@ export class Carrier {
       download.starts();
       try {
         const cache = reload ? "reload" : fresh ? "no-cache" : "default";
-        await this.transfer(url, cache, controller.signal, (piece) => {
+        // Who takes long may answer to who waits longer.
+        const stall_ms = attempt * this.options.stall_ms;
+        await this.transfer(url, { cache, signal: controller.signal, stall_ms }, (piece) => {
+          this.silences.over(url);
           this.tally.bytes += piece.byteLength;
           download.receives(piece);
           came();
@@ -72,6 +79,7 @@ export class Carrier {
         const final = error instanceof FetchError && error.kind !== "unreachable";
         const last = attempt >= this.options.attempts || this.breaker?.isOpen;
         if (final || last || !download.isWorthAnotherTry) throw error;
+        if (error instanceof StallError) this.fallsSilent(error, attempt);
         await pause(this.options.backoff_ms * 2 ** (attempt - 1), controller.signal);
       }
       this.tally.retries += 1;
@@ -88,7 +96,8 @@ export class Carrier {
     const given: Promise<void>[] = [];
     this.tally.requests += 1;
     try {
-      await this.transfer(addressOf(members), "default", signal, (piece) => {
+      const { stall_ms } = this.options;
+      await this.transfer(addressOf(members), { cache: "default", signal, stall_ms }, (piece) => {
         this.tally.bytes += piece.byteLength;
         for (const bytes of reader.push(piece)) {
           const member = members[given.length];
@@ -99,6 +108,9 @@ export class Carrier {
     } catch (error) {
       // What the server cannot answer so once, it is not asked so again.
       if (!(error instanceof FetchError) || error.kind === "status") this.refused = true;
+      // They go alone now.
+      const { url } = members[given.length] ?? {};
+      if (error instanceof StallError && url) this.fallsSilent(new StallError(url, error.waited_ms), 0);
     }
     await Promise.all(given);
   }
@@ -111,17 +123,21 @@ export class Carrier {
     return verdict !== "mismatch";
   }
 
-  private async transfer(url: string, cache: RequestCache, signal: AbortSignal, receive: Receive): Promise<void> {
-    const go = () => this.travel(url, cache, signal, receive);
+  private fallsSilent({ url, waited_ms }: StallError, attempt: number): void {
+    this.silences.stalled({ url, attempt, attempts: this.options.attempts, waited_ms });
+  }
+
+  private async transfer(url: string, manner: Manner, receive: Receive): Promise<void> {
+    const go = () => this.travel(url, manner, receive);
     const headers = await (this.budget?.begin(go) ?? go());
     this.offered ||= offersBundles(headers);
   }
 
-  private async travel(url: string, cache: RequestCache, signal: AbortSignal, receive: Receive): Promise<Headers> {
-    const { fetch, stall_ms } = this.options;
+  private async travel(url: string, manner: Manner, receive: Receive): Promise<Headers> {
+    const { fetch } = this.options;
     const trace = this.meter.starts(leftOf(url));
     try {
-      const headers = await transfer(url, { fetch, cache, signal, stall_ms }, (piece) => {
+      const headers = await transfer(url, { fetch, ...manner }, (piece) => {
         trace.receives(piece.byteLength);
         receive(piece);
       });

@@ -5,9 +5,9 @@
  * A page or chunk that cannot be had is done without, until one asks for it once more: what is known has to do.
  */
 import { walkTo } from "./cellwalk.ts";
-import { distanceToCell } from "./convex.ts";
+import { type Convex, distanceToCell, dropTo } from "./convex.ts";
 import type { CellEntry, Page, PageEntry } from "./documents.ts";
-import { distanceToBounds, type Vec3 } from "./geometry.ts";
+import type { Vec3 } from "./geometry.ts";
 import type { Retried } from "./losses.ts";
 import { LostPages } from "./lostpages.ts";
 import { entryOf, nearestChunks } from "./pagetree.ts";
@@ -26,9 +26,11 @@ export class CellSearch {
   private readonly open: { distance_m: number; entry: PageEntry }[] = [];
   private best: Located | undefined;
 
+  /** `measure` says how far a cell, or a box of cells, is from the point; what is infinitely far does not count. */
   constructor(
     root: Page,
     private readonly point: Vec3,
+    private readonly measure: (cell: Convex, point: Vec3) => number = distanceToCell,
   ) {
     this.add(root);
   }
@@ -64,7 +66,8 @@ export class CellSearch {
   /** Whoever of these is nearer is the answer. */
   consider(cells: Iterable<CellEntry>): void {
     for (const entry of cells) {
-      const distance_m = distanceToCell(entry, this.point);
+      const distance_m = this.measure(entry, this.point);
+      if (distance_m === Number.POSITIVE_INFINITY) continue;
       const best = this.best;
       const better =
         !best || distance_m < best.distance_m || (distance_m === best.distance_m && entry.cell < best.entry.cell);
@@ -78,7 +81,10 @@ export class CellSearch {
   }
 
   private add(page: Page): void {
-    for (const entry of page.entries) this.open.push({ distance_m: distanceToBounds(entry.bounds, this.point), entry });
+    for (const entry of page.entries) {
+      const distance_m = this.measure({ bounds: entry.bounds, planes: [] }, this.point);
+      if (distance_m < Number.POSITIVE_INFINITY) this.open.push({ distance_m, entry });
+    }
     this.open.sort((a, b) => a.distance_m - b.distance_m || a.entry.first - b.entry.first);
   }
 }
@@ -127,8 +133,16 @@ export class CellIndex {
   }
 
   /** The cell at a point, or the nearest one of those that can be had. */
-  async locate(point: Vec3): Promise<Located | undefined> {
-    const search = new CellSearch(this.scene.manifest.cells, point);
+  locate(point: Vec3): Promise<Located | undefined> {
+    return this.search(new CellSearch(this.scene.manifest.cells, point));
+  }
+
+  /** The next cell straight below a point, or the one that holds it; `undefined` when there is none. */
+  async below(point: Vec3): Promise<CellEntry | undefined> {
+    return (await this.search(new CellSearch(this.scene.manifest.cells, point, dropTo)))?.entry;
+  }
+
+  private async search(search: CellSearch): Promise<Located | undefined> {
     for (let wanted = search.wants(); wanted; wanted = search.wants()) {
       const page = wanted.kind === "page" ? await this.page(wanted, PRIORITY.document) : undefined;
       const cells = wanted.kind === "chunk" ? await this.chunk(wanted, PRIORITY.document) : undefined;

@@ -55,6 +55,19 @@ export function holdsAlone(cell: Convex, point: Vec3): boolean {
   return cell.planes.every((plane) => outside(plane, point) < -SURE_M);
 }
 
+/** How far down a cell is below a point: zero from inside; infinite when it lies aside or above. */
+export function dropTo({ bounds: { min, max }, planes }: Convex, [x, y, z]: Vec3): number {
+  if (x < min[0] || x > max[0] || z < min[2] || z > max[2]) return Number.POSITIVE_INFINITY;
+  let [low, high] = [min[1], max[1]];
+  for (const { normal, offset } of planes) {
+    const room = offset + TOUCH_M - normal[0] * x - normal[2] * z;
+    if (normal[1] > 0) high = Math.min(high, room / normal[1]);
+    else if (normal[1] < 0) low = Math.max(low, room / normal[1]);
+    else if (room < 0) return Number.POSITIVE_INFINITY;
+  }
+  return low <= Math.min(high, y) ? Math.max(0, y - high) : Number.POSITIVE_INFINITY;
+}
+
 /**
  * The point of a cell that is nearest to a point, as far from its walls as `off_m` or else in their middle. Boxes at once;
  * slanted walls by projecting onto them in turns (Boyle & Dykstra, A method for finding projections onto the intersection

@@ -3,11 +3,13 @@
  * record → visible objects (`outlook.ts`) → levels and rungs to fetch (`planner.ts`). Draws nothing itself; what draws is a
  * {@link ModelHost}.
  */
+import type { Pose } from "./address.ts";
+import { type Astray, astray, isFar } from "./astray.ts";
 import { CellIndex } from "./cellindex.ts";
 import type { CellRecord } from "./cellrecord.ts";
 import { CellRecords } from "./cellrecords.ts";
-import { nearestPoint } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
+import { type Body, type Footing, Footings } from "./footing.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import type { Vec3 } from "./geometry.ts";
 import { type Growing, growing } from "./growing.ts";
@@ -32,7 +34,11 @@ import { smoothDecoding } from "./smoothdecoding.ts";
 import { SmoothLods } from "./smoothlods.ts";
 import { statureIn } from "./stature.ts";
 import type { Surveyed } from "./survey.ts";
+import { pause } from "./transfer.ts";
 import type { NavigationCell, NavigationSpace } from "./walker.ts";
+
+/** Who comes down waits no longer to learn what lies below. */
+const LANDING_MS = 2000;
 
 export interface ExplorerOptions extends Targets {
   readonly memory_limit_bytes: number;
@@ -59,6 +65,7 @@ export class Explorer implements NavigationSpace, Surveyed {
   private readonly loads: ModelLoads;
   private readonly navigation: MetCells;
   private readonly records: CellRecords;
+  private readonly footings: Footings;
   private readonly outlook: Outlook;
   private readonly ahead: LookAhead;
   private readonly planner: Planner;
@@ -80,6 +87,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     this.index = new CellIndex(scene, events.problem);
     this.records = new CellRecords(scene, this.index);
     this.navigation = new MetCells(this.index, this.records);
+    this.footings = new Footings(this.index, this.records, this);
     this.residency = new ResidencySet(options.memory_limit_bytes);
     this.loads = new ModelLoads({
       queue: scene.queue,
@@ -129,6 +137,7 @@ export class Explorer implements NavigationSpace, Surveyed {
         if (wasSilent) this.recovery.now();
       },
       missing: () => this.republication.suspect(),
+      silent: () => this.outlook.goOnWithout(),
     });
     this.outlook.showWhole();
   }
@@ -143,10 +152,27 @@ export class Explorer implements NavigationSpace, Surveyed {
     return this.outlook.inside;
   }
 
-  /** Where a walker can stand who comes down from somewhere: the nearest point of the nearest cell, off its walls. */
-  footing(position: Vec3, body_m: number): Vec3 | undefined {
-    const { cell } = this.outlook;
-    return cell && nearestPoint(cell, position, body_m);
+  /**
+   * Where somebody stands who comes down from somewhere: on the ground below, else in the nearest cell. Where the server takes too long to say
+   * what lies below, what is known has to do.
+   */
+  async footing(eye: Vec3, body: Body): Promise<Footing | undefined> {
+    const waiting = new AbortController();
+    const found = this.footings.find(eye, body).catch(() => undefined);
+    const known = pause(LANDING_MS, waiting.signal).then(() => undefined);
+    const footing = await Promise.race([found, known]);
+    waiting.abort();
+    const nearest = this.outlook.cell;
+    return footing ?? (nearest && this.footings.within(nearest, eye, body));
+  }
+
+  /** Whether a place where the eye is belongs to the world; nothing while nobody knows. */
+  judge(pose: Pose): Astray | "well" | undefined {
+    const { manifest } = this.scene;
+    const { cell, locating } = this.outlook;
+    if (isFar(manifest.bounds, pose)) return "outside";
+    if (!cell || locating || this.index.isIncomplete) return undefined;
+    return astray(manifest.bounds, cell, pose, statureIn(manifest).size) ?? "well";
   }
 
   /** Where the eye was last. */

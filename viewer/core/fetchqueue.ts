@@ -13,6 +13,7 @@ import { LineMeter, type Meter } from "./linemeter.ts";
 import { purposeOf } from "./priority.ts";
 import type { RequestLog } from "./requestlog.ts";
 import type { Shelf } from "./shelf.ts";
+import { type Silence, Silences } from "./silences.ts";
 import type { Part } from "./slices.ts";
 import { type Fetch, FetchError } from "./transfer.ts";
 import { compressed_bytes } from "./travel.ts";
@@ -26,7 +27,7 @@ export interface FetchQueueOptions {
   readonly digest: Digest | undefined;
   /** How often one download is tried. */
   readonly attempts: number;
-  /** A download from which nothing is heard for so long is tried again. */
+  /** A download from which nothing is heard for so long is tried again; twice as long the second time, and so on. */
   readonly stall_ms: number;
   /** Pause before the second try; doubles for each further one. */
   readonly backoff_ms: number;
@@ -34,6 +35,8 @@ export interface FetchQueueOptions {
   readonly log?: RequestLog;
   /** What is kept from visit to visit. */
   readonly shelf?: Shelf | undefined;
+  /** Hears when something is tried again of which nothing came for long, and of nothing when that is over. */
+  readonly silent?: (silence: Silence | undefined) => void;
   /** Says what a request costs; learnt from what travels unless given. */
   readonly meter?: Meter | undefined;
 }
@@ -49,7 +52,7 @@ export interface Asked {
   readonly isWanted?: () => boolean;
 }
 
-export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" | "shelf" | "meter"> = {
+export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" | "shelf" | "meter" | "silent"> = {
   concurrency: 8,
   attempts: 4,
   stall_ms: 20_000,
@@ -60,6 +63,8 @@ export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" 
 export interface FetchWatcher extends BreakerEvents {
   /** An immutable object is not there. */
   readonly missing: () => void;
+  /** Nothing came for long of what is tried again. */
+  readonly silent?: (silence: Silence) => void;
 }
 
 /** What is left of a file of which nobody wants any more comes to its end where it is no more than this: to call it off costs a connection. */
@@ -78,12 +83,16 @@ export class FetchQueue {
   private orders = 0;
 
   private readonly meter: Meter;
+  private readonly silences = new Silences((silence) => {
+    this.options.silent?.(silence);
+    if (silence) this.watcher?.silent?.(silence);
+  });
   private watcher: FetchWatcher | undefined;
   private breaker: Breaker | undefined;
 
   constructor(private readonly options: FetchQueueOptions) {
     this.meter = options.meter ?? new LineMeter();
-    this.carrier = new Carrier(options, this.meter);
+    this.carrier = new Carrier(options, this.meter, this.silences);
   }
 
   /** What went over the wire so far. */
@@ -194,6 +203,7 @@ export class FetchQueue {
     if (this.running.delete(url)) this.keepParts(download);
     download.controller.abort();
     download.fails(cancelled(url), "cancelled");
+    this.silences.over(url);
     this.breaker?.cancelled(url);
     this.pump();
   }
@@ -315,6 +325,7 @@ export class FetchQueue {
         this.tell(error, mark);
       }
       download.fails(error, isRunning ? "failed" : undefined);
+      this.silences.over(download.url);
     }
   }
 
@@ -329,6 +340,7 @@ export class FetchQueue {
   private settle(download: Download, bytes: ArrayBuffer, result: "done" | "kept"): void {
     if (this.running.get(download.url) !== download) return;
     this.running.delete(download.url);
+    this.silences.over(download.url);
     download.succeeds(bytes, result);
   }
 

@@ -2,7 +2,7 @@
  * What of the core is of use to another program? What walks through a published scene: it says what can be seen and fetches it, and
  * leaves drawing to a host of one's own. `examples/look.mjs` shows the least that it takes.
  */
-export type { Pose } from "./address.ts";
+export type { Mode, Pose } from "./address.ts";
 export { compartments } from "./compartments.ts";
 export type { SceneSummary, Viewpoint } from "./documents.ts";
 export { Explorer, type ExplorerEvents, type ExplorerOptions } from "./explorer.ts";

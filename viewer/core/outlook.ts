@@ -6,6 +6,7 @@
 import type { CellIndex } from "./cellindex.ts";
 import type { CellRecord } from "./cellrecord.ts";
 import type { CellRecords } from "./cellrecords.ts";
+import { distanceToCell } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
 import { Gate } from "./gate.ts";
 import { length, subtract, type Vec3 } from "./geometry.ts";
@@ -56,6 +57,7 @@ interface Beheld {
 export class Outlook {
   /** To be opened when one walks. */
   readonly walked = new Gate();
+  private readonly starts: Starts;
   private readonly whereabouts: Whereabouts;
   private readonly surroundings: Surroundings;
   private position: Vec3 | undefined;
@@ -83,7 +85,8 @@ export class Outlook {
   ) {
     const { scene, directory, index } = parts;
     this.surroundings = new Surroundings(scene, directory, events.problem);
-    this.whereabouts = new Whereabouts(new Starts(scene, index, directory), {
+    this.starts = new Starts(scene, index, directory);
+    this.whereabouts = new Whereabouts(this.starts, {
       entered: (entry) => {
         if (this.inside || !this.entered) this.entered = this.position;
         events.changed();
@@ -169,6 +172,23 @@ export class Outlook {
     if (this.cell) void this.arrive(this.cell);
   }
 
+  /** Something takes long: unless what is shown belongs to where one is, or next door, what is around is shown until it comes. */
+  goOnWithout(): void {
+    const { position } = this;
+    this.starts.late.open();
+    if (this.closed || !position || this.parts.scene.manifest.whole || this.showsNear) return;
+    void this.lookAround(position, () => this.showsNear, "meanwhile");
+  }
+
+  /** Whether what is shown can be seen from where one is, or from next door. */
+  private get showsNear(): boolean {
+    const { cell, sight, position } = this;
+    if (this.knowsItsPlace) return true;
+    if (!cell || !position || sight.cell === undefined) return false;
+    const isNextDoor = sight.cell === cell.cell || cell.adjacent.includes(sight.cell);
+    return isNextDoor && distanceToCell(cell, position) < this.surroundings.strayed_m;
+  }
+
   /** Tries again what failed. */
   retry(retried: Retried): void {
     if (this.loss && !mayRetry(this.loss, retried) && !this.lacksAround) return;
@@ -237,15 +257,20 @@ export class Outlook {
     void this.lookAround(position, () => this.arrivals !== arrivals);
   }
 
-  /** Shows what there is around, where nothing says what can be seen: no cell is known, or not what the first one sees. */
-  private async lookAround(position: Vec3, isOver: () => boolean): Promise<void> {
+  /**
+   * Shows what there is around, where nothing says what can be seen: no cell is known, or not what the first one sees. What is shown
+   * meanwhile, until that is known, is never all.
+   */
+  private async lookAround(position: Vec3, isOver: () => boolean, how?: "meanwhile"): Promise<void> {
     // What is around somewhere else says nothing of what is here.
     if (!this.surroundings.covers(position)) this.isAround = false;
     const around = await this.surroundings.look(position);
     if (this.closed || !around || isOver()) return;
-    const { objects, isAll } = around;
+    const { objects } = around;
+    const isAll = around.isAll && how !== "meanwhile";
+    if (how === "meanwhile") this.surroundings.forget();
+    else this.lacksAround = !isAll;
     this.isAround = isAll;
-    this.lacksAround = !isAll;
     if (isAll || objects.length > 0) this.show({ cell: undefined, objects, count: objects.length });
     this.events.learnt();
     this.events.changed();

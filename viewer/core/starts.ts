@@ -5,6 +5,7 @@
 import type { CellIndex, Located } from "./cellindex.ts";
 import { holdsAlone } from "./convex.ts";
 import type { CellEntry } from "./documents.ts";
+import { Gate } from "./gate.ts";
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
 import type { ObjectDirectory } from "./objects.ts";
 import { PRIORITY } from "./priority.ts";
@@ -13,6 +14,9 @@ import type { Locator } from "./whereabouts.ts";
 
 /** Asks the index, but for who begins where there is a start. */
 export class Starts implements Locator {
+  /** To be opened when a start takes too long: the index says the same. */
+  readonly late = new Gate();
+
   constructor(
     private readonly scene: PublishedScene,
     private readonly index: CellIndex,
@@ -34,7 +38,9 @@ export class Starts implements Locator {
       return distanceToBounds(bounds, point) === 0 && (!this.directory.grows || bytes <= grownBytes);
     });
     if (!named || this.index.known(named.cell)) return undefined;
-    const start = await this.scene.start(named, PRIORITY.document).catch(() => undefined);
+    const coming = this.scene.start(named, PRIORITY.document).catch(() => undefined);
+    const late = this.late.next().then(() => this.scene.queue.cancel(this.scene.tree.resolve(named.url)));
+    const start = (await Promise.race([coming, late])) || undefined;
     const here = start?.cells.find(({ cell }) => cell === start.start);
     if (!start || here?.cell !== named.cell || !holdsAlone(here, point)) return undefined;
     for (const entry of start.cells) this.index.meet(entry);

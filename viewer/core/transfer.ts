@@ -18,6 +18,16 @@ export class FetchError extends Error {
   }
 }
 
+/** Nothing came of a download for too long. */
+export class StallError extends FetchError {
+  constructor(
+    url: string,
+    readonly waited_ms: number,
+  ) {
+    super("unreachable", url, `${url} cannot be reached (nothing came of it for ${waited_ms / 1000} s)`);
+  }
+}
+
 export type Fetch = (url: string, init: RequestInit) => Promise<Response>;
 
 export interface TransferOptions {
@@ -53,18 +63,19 @@ export async function transfer(
     }
     body = response.body?.getReader();
     while (body) {
+      // Something was heard: at first that it is there, then what is in it.
+      clearTimeout(timer);
+      timer = watch();
       const { value } = await Promise.race([body.read(), ended]);
       if (!value) break;
       receive(value);
-      clearTimeout(timer);
-      timer = watch();
     }
     return response.headers;
   } catch (error) {
     if (error instanceof FetchError) throw error;
     if (either.aborted) body?.cancel().catch(() => {});
-    const why = stalled.signal.aborted ? `nothing came of it for ${stall_ms / 1000} s` : String(error);
-    throw new FetchError("unreachable", url, `${url} cannot be reached (${why})`);
+    if (stalled.signal.aborted) throw new StallError(url, stall_ms);
+    throw new FetchError("unreachable", url, `${url} cannot be reached (${String(error)})`);
   } finally {
     clearTimeout(timer);
   }

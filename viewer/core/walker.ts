@@ -5,6 +5,7 @@
  * Positions are the eye's, in metres; yaw turns left about +Y and is 0 towards −Z, pitch is positive upwards, radians. Lengths and
  * speeds are a person's; in worlds of another scale they are all taken times its size (`stature.ts`).
  */
+import type { Mode } from "./address.ts";
 import type { Portal } from "./cellrecord.ts";
 import {
   add,
@@ -137,7 +138,7 @@ export class Walker {
   position: Vec3 = [0, 0, 0];
   yaw = 0;
   pitch = 0;
-  mode: "fly" | "walk" = "walk";
+  mode: Mode = "walk";
   private velocity: Vec3 = [0, 0, 0];
   private cell: number | undefined;
   /** Height of the eye above the floor; `undefined` before the floor was felt, `"hover"` when it does not matter. */
@@ -165,6 +166,11 @@ export class Walker {
     return BODY_RADIUS_M * this.size;
   }
 
+  /** From the floor to the eye of who stands upright. */
+  get standing_m(): number {
+    return EYE_HEIGHT_M * this.size;
+  }
+
   /** Metres per second, for prediction. */
   get speed(): Vec3 {
     return this.velocity;
@@ -183,7 +189,7 @@ export class Walker {
   land(position: Vec3, cell: number): void {
     this.place(position, cell);
     this.mode = "walk";
-    this.eyeHeight_m = EYE_HEIGHT_M * this.size;
+    this.eyeHeight_m = this.standing_m;
     this.landing = true;
   }
 
@@ -269,7 +275,7 @@ export class Walker {
   private feelFloor(place: Place): number | "hover" {
     const height = this.heightAboveFloor(place);
     if (height > HOVER_FROM_M * this.size) return "hover";
-    return Math.min(height, EYE_HEIGHT_M * this.size);
+    return Math.min(height, this.standing_m);
   }
 
   private heightAboveFloor(place: Place): number {

@@ -20,6 +20,56 @@ function ready(page, what, change) {
   );
 }
 
+/** After a double click the mouse turns the head without being dragged. */
+async function byHeldPointer(page) {
+  const { x, y, width, height } = await page.locator("belvedere-scene canvas").boundingBox();
+  const [middleX, middleY] = [x + width / 2, y + height / 2];
+  await page.mouse.dblclick(middleX, middleY);
+  await page.waitForFunction(() => document.pointerLockElement !== null, undefined, { timeout });
+  const { yaw } = await pose(page);
+  for (let step = 1; step <= 10; step += 1) await page.mouse.move(middleX + 10 * step, middleY);
+  await page.waitForTimeout(300);
+  insist(Math.abs((await pose(page)).yaw - yaw) > 0.1, "a mouse that is held does not look around");
+  await page.evaluate(() => document.exitPointerLock());
+}
+
+/** Of two elements that one moves which has the focus, or had it last, and none while one types. */
+async function byGamepad(page, src) {
+  await page.evaluate(async (link) => {
+    window.pad = { id: "some pad", axes: [0, 0, 0, 0], buttons: [] };
+    navigator.getGamepads = () => [window.pad];
+    const worlds = [1, 2].map(() => document.createElement("belvedere-scene"));
+    for (const world of worlds) world.src = link;
+    const ready = worlds.map((world) => new Promise((done) => world.addEventListener("ready", done, { once: true })));
+    document.body.append(...worlds, document.createElement("input"));
+    await Promise.all(ready);
+  }, src);
+  const moved = async () => {
+    const yaws = () =>
+      page.evaluate(() => [...document.querySelectorAll("belvedere-scene")].map((one) => one.pose.yaw));
+    const before = await yaws();
+    await page.evaluate(() => {
+      window.pad = { ...window.pad, axes: [0, 0, 0.8, 0] };
+    });
+    await page.waitForTimeout(700);
+    await page.evaluate(() => {
+      window.pad = { ...window.pad, axes: [0, 0, 0, 0] };
+    });
+    await page.waitForTimeout(300);
+    return (await yaws()).map((yaw, i) => yaw !== before[i]).join();
+  };
+  const worlds = page.locator("belvedere-scene canvas");
+  await worlds.nth(1).focus();
+  insist((await moved()) === "false,true", "the element that has the focus is not the one that a gamepad moves");
+  await page.evaluate(() => document.activeElement.blur());
+  insist((await moved()) === "false,true", "the element that had the focus last is not the one that a gamepad moves");
+  await page.locator("input").focus();
+  insist((await moved()) === "false,false", "a gamepad moves a world while somebody types");
+  await page.evaluate(() => {
+    for (const world of document.querySelectorAll("belvedere-scene, input")) world.remove();
+  });
+}
+
 await tell("embed", async (open) => {
   const page = await open();
   const base = new URL(url);
@@ -51,11 +101,13 @@ await tell("embed", async (open) => {
     return "nothing";
   });
   insist(refused.includes("position"), `a pose without a place is taken: ${refused}`);
+  await byHeldPointer(page);
   await page.evaluate(() => document.querySelector("belvedere-scene").remove());
+  await byGamepad(page, `../${base.search}`);
   const lost = await open(undefined, /status of 404|ERR_INTERNET_DISCONNECTED/);
   await lost.goto(new URL("embed/example.html", base).href);
   await lost.evaluate(() => document.querySelector("belvedere-scene").setAttribute("src", "../nowhere/?scene=none"));
-  await lost.locator("belvedere-scene p").getByText("missing").waitFor({ timeout });
+  await lost.locator("belvedere-scene p").getByText("There is no scene called").waitFor({ timeout });
   // An element of a script, which has no link at first.
   await lost.evaluate(() => {
     document.querySelector("belvedere-scene").remove();
@@ -73,6 +125,6 @@ await tell("embed", async (open) => {
   const back = ready(lost, "a line that came back");
   await lost.context().setOffline(false);
   await back;
-  insist(await line.isHidden(), "a problem stays though it is over");
+  insist(!(await line.textContent()).includes("cannot be reached"), "a problem stays though it is over");
   console.log("one tag shows a world, and says so where it cannot");
 });

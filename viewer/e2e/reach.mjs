@@ -57,6 +57,48 @@ async function byLink(page, { link, there }) {
   await page.getByText("has changed since the link was made").waitFor({ timeout });
 }
 
+/** Who flies is where a link was copied, and flying, also after a reload; F comes down onto the floor below. */
+async function byFlownLink(page) {
+  await page.goto(url);
+  const start = await settle(page, "the first cell");
+  await page.keyboard.press("KeyF");
+  await page.keyboard.down("KeyE");
+  await until(page, "one does not rise", (y) => window.belvedere.state().position[1] > y + 6, start.position[1]);
+  await page.keyboard.up("KeyE");
+  await page.waitForFunction(() => location.hash.includes("mode=fly"), undefined, { timeout });
+  await page.waitForTimeout(1200);
+  const flown = await state(page);
+  await page.reload();
+  await settle(page, "the place of a link in the air");
+  const again = await state(page);
+  const isThere = Math.abs(again.position[1] - flown.position[1]) < 0.02;
+  insist(
+    again.mode === "fly" && isThere,
+    `a reload leads from ${flown.position} to ${again.mode} at ${again.position}`,
+  );
+  await page.keyboard.press("KeyF");
+  await until(page, "one does not come down", () => {
+    const { mode, inside } = window.belvedere.state();
+    return mode === "walk" && inside;
+  });
+  const down = await settle(page, "the ground below");
+  const height = down.position[1] - start.position[1];
+  insist(Math.abs(height) < 0.3, `one comes down ${height} m above where one was`);
+  insist(distance(down.position, start.position) < 1, `one comes down aside, at ${down.position}`);
+}
+
+/** A link that leads nowhere says so, and there is a way back. */
+async function byStrayLink(page) {
+  await page.goto("about:blank");
+  await page.goto(`${url}#p=5000,1.65,5000&yaw=0&pitch=0`);
+  await page.getByText("This link leads out of the world").waitFor({ timeout });
+  await page.screenshot({ path: picture("stray") });
+  await page.getByRole("button", { name: "Go to the start" }).click();
+  const start = await settle(page, "the start");
+  insist(Math.abs(start.position[0]) < 4000, `the way back leads to ${start.position}`);
+  insist(await page.locator("#toast").isHidden(), "who is back is still offered the way back");
+}
+
 /** Nothing of the old place is told as of the new one, from the first moment. */
 async function byViewpoint(page) {
   await page.goto(url);
@@ -176,6 +218,8 @@ await tell("reach", async (open) => {
   const page = await open();
   await byLink(page, await byKeyboard(page));
   await byViewpoint(page);
+  await byFlownLink(page);
+  await byStrayLink(page);
   await page.close();
   await byPhone(await open(PHONE));
   await byGamepad(await open());

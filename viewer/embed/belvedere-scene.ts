@@ -8,24 +8,35 @@
  */
 import { type Pose, readPose, treeBase } from "../core/address.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
+import { length } from "../core/geometry.ts";
 import { passes } from "../core/losses.ts";
-import { fetchSceneList, PublishedScene } from "../core/published.ts";
+import type { PublishedScene } from "../core/published.ts";
+import type { Silence } from "../core/silences.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { decoderReady } from "../three/decoder.ts";
 import { Stage } from "../three/stage.ts";
+import { ASTRAY, TO_THE_START } from "../ui/astray.ts";
 import { Controls } from "../ui/controls.ts";
 import { make } from "../ui/dom.ts";
 import { Doors } from "../ui/doors.ts";
+import { type Opened, openScene } from "../ui/opening.ts";
 import { unlessForbidden } from "../ui/policy.ts";
-import { explain, NO_GRAPHICS, NoSuchScene, type Server, serverAt } from "../ui/problem.ts";
+import { explain, explainSilence, NO_GRAPHICS, NoSuchScene, type Server, serverAt } from "../ui/problem.ts";
 import { Visit } from "../ui/visit.ts";
+import { Attention, isTyping } from "./attention.ts";
 import { Caption } from "./caption.ts";
 import { STYLE } from "./style.ts";
 import { takeEarly } from "./upgrade.ts";
 
 const HOW_TO_MOVE =
   "Move with W, A, S, D or the arrow keys; drag to look around, or press R and V; Enter opens and closes doors.";
+
+/** Of all elements on the page, those of other versions apart. */
+const attention = new Attention<BelvedereScene>(() => isTyping(document.activeElement));
+
+/** The server of a tree that is shown by a page of whoever. */
+const behind = (base: URL): Server => ({ ...serverAt(base, location.origin), isForeignPage: true });
 
 export class BelvedereScene extends HTMLElement {
   static readonly observedAttributes = ["src"];
@@ -39,6 +50,7 @@ export class BelvedereScene extends HTMLElement {
 
   connectedCallback(): void {
     addEventListener("online", this.retry);
+    attention.enters(this);
     takeEarly(this, "src");
     void this.show();
     takeEarly(this, "pose");
@@ -46,7 +58,13 @@ export class BelvedereScene extends HTMLElement {
 
   disconnectedCallback(): void {
     removeEventListener("online", this.retry);
+    attention.leaves(this);
     this.leave();
+  }
+
+  /** Whether keys go to it. */
+  get hasFocus(): boolean {
+    return this.matches(":focus-within");
   }
 
   attributeChangedCallback(_name: string, before: string | null, after: string | null): void {
@@ -70,19 +88,22 @@ export class BelvedereScene extends HTMLElement {
   /** Where the eye is, once the scene is open. */
   get pose(): Pose | undefined {
     if (!this.visit) return undefined;
-    const { position, yaw, pitch } = this.visit.walker;
-    return { position, yaw, pitch };
+    const { position, yaw, pitch, mode } = this.visit.walker;
+    return { position, yaw, pitch, mode };
   }
 
-  /** Goes there, or begins there when no scene is open yet; angles that are not given are zero. */
+  /** Goes there, or begins there when no scene is open yet; angles that are not given are zero, and one moves as before unless that is given. */
   set pose(pose: Partial<Pose> | undefined) {
-    const { position, yaw = 0, pitch = 0 } = pose ?? {};
+    const { position, yaw = 0, pitch = 0, mode } = pose ?? {};
     const numbers = [...(position ?? []), yaw, pitch];
-    if (position?.length !== 3 || !numbers.every(Number.isFinite)) {
-      throw new TypeError("a pose is { position: [x, y, z], yaw, pitch }, in metres and radians");
+    const isMode = mode === undefined || mode === "fly" || mode === "walk";
+    if (position?.length !== 3 || !numbers.every(Number.isFinite) || !isMode) {
+      throw new TypeError(
+        'a pose is { position: [x, y, z], yaw, pitch, mode: "fly" or "walk" }, in metres and radians',
+      );
     }
-    if (this.visit) this.visit.teleport({ position, yaw, pitch });
-    else this.wanted = { position, yaw, pitch };
+    if (this.visit) this.visit.teleport({ position, yaw, pitch, mode });
+    else this.wanted = { position, yaw, pitch, mode };
   }
 
   /** Where something could not be had, it may come now. */
@@ -107,18 +128,21 @@ export class BelvedereScene extends HTMLElement {
     const canvas = make("canvas", { tabindex: "0", role: "application", "aria-label": `A world. ${HOW_TO_MOVE}` });
     const stick = make("div", { class: "stick", hidden: true, "aria-hidden": "true" }, make("i"));
     const line = make("p", { role: "status" });
-    const caption = new Caption(line, () => this.dispatchEvent(new Event("ready")));
+    const way = make("button", { type: "button", hidden: true });
+    const caption = new Caption(line, () => this.dispatchEvent(new Event("ready")), way);
+    for (const name of ["pointerdown", "focus"]) canvas.addEventListener(name, () => attention.uses(this));
     [this.canvas, this.caption] = [canvas, caption];
     const root = this.shadowRoot ?? this.attachShadow({ mode: "open" });
     const style = new CSSStyleSheet();
     style.replaceSync(STYLE);
     root.adoptedStyleSheets = [style];
-    root.replaceChildren(canvas, stick, line);
-    let server = serverAt(new URL(location.href), location.origin);
+    root.replaceChildren(canvas, stick, make("div", { class: "caption" }, line, way));
+    let server = behind(new URL(location.href));
     try {
       const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
-      server = serverAt(new URL(treeBase(src.href)), location.origin);
-      const [scene] = await Promise.all([open(src), decoderReady()]);
+      server = behind(new URL(treeBase(src.href)));
+      const silent = (silence?: Silence) => caption.delay(silence && explainSilence(silence, server));
+      const [{ scene }] = await Promise.all([open(src, silent), decoderReady()]);
       if (attempt !== this.attempt) return;
       const stage = await Stage.open(canvas);
       if (attempt !== this.attempt) {
@@ -138,7 +162,7 @@ export class BelvedereScene extends HTMLElement {
     pose: Pose | undefined,
   ): Visit {
     canvas.setAttribute("aria-label", `${scene.manifest.title}. ${HOW_TO_MOVE}`);
-    const server = serverAt(scene.tree.base, location.origin);
+    const server = behind(scene.tree.base);
     const visit = new Visit({
       scene,
       stage,
@@ -146,18 +170,21 @@ export class BelvedereScene extends HTMLElement {
       problem: (error) => this.fail(error, server, caption),
       answered: () => caption.answered(),
       outdated: () => this.showAnew(),
+      astray: (how) => caption.offer(ASTRAY[how], TO_THE_START, () => visit.start()),
       graphics: (state) => {
         if (state === "lost") caption.problem(NO_GRAPHICS, true);
         else caption.answered();
       },
     });
-    const begin = this.wanted ?? pose;
+    const { wanted } = this;
     this.wanted = undefined;
-    if (begin) visit.teleport(begin);
+    if (wanted) visit.teleport(wanted);
+    else if (pose) visit.follow(pose);
     else visit.start();
     const doors = new Doors(visit);
     const controls = new Controls(canvas, stick, {
       keys: this,
+      hearsPads: () => attention.has(this),
       turn: (yaw, pitch) => visit.turn(yaw, pitch),
       command: (command) => {
         if (command === "fly") visit.toggleFly();
@@ -171,6 +198,10 @@ export class BelvedereScene extends HTMLElement {
         if (entry?.door) doors.use(entry.object);
       },
     });
+    visit.onFrame(() => {
+      if (length(visit.walker.speed) > 0) caption.withdraw();
+      return false;
+    });
     visit.begin(controls);
     return visit;
   }
@@ -183,24 +214,21 @@ export class BelvedereScene extends HTMLElement {
 
   private fail(error: unknown, server: Server, caption: Caption): void {
     const { title, text } = explain(error, server);
-    caption.problem(`${title}. ${text}`, passes(error));
+    const others = error instanceof NoSuchScene ? error.others.map(({ scene }) => scene).join(", ") : "";
+    caption.problem(`${title}. ${text}${others && ` ${others}.`}`, passes(error));
     this.dispatchEvent(new CustomEvent("problem", { detail: error }));
   }
 }
 
-function open(src: URL): Promise<PublishedScene> {
+function open(src: URL, silent: (silence?: Silence) => void): Promise<Opened> {
   const tree = new Tree(treeBase(src.href));
   const queue = new FetchQueue({
     ...FETCH_DEFAULTS,
     fetch: (url, init) => fetch(url, init),
     digest: webCryptoDigest(),
+    silent,
   });
-  const find = async () => {
-    const named = src.searchParams.get("scene") ?? (await fetchSceneList(queue, tree))[0]?.scene;
-    if (!named) throw new NoSuchScene(undefined, []);
-    return PublishedScene.open(queue, tree, named);
-  };
-  return unlessForbidden(tree, find());
+  return unlessForbidden(tree, openScene(queue, tree, src));
 }
 
 if (!customElements.get("belvedere-scene")) customElements.define("belvedere-scene", BelvedereScene);

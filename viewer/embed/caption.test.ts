@@ -65,3 +65,24 @@ it("keeps a problem that passes only until the server answers", () => {
   caption.answered();
   expect(line.hidden).toBe(false);
 });
+
+it("says what takes long and offers the way back, but a problem first", () => {
+  const line = { hidden: false, textContent: "" };
+  const way = { hidden: true, textContent: "", onclick: null as unknown as () => void };
+  const caption = new Caption(line as unknown as HTMLElement, () => {}, way as unknown as HTMLButtonElement);
+  const now = () => [line.textContent, way.hidden];
+  caption.mode("fly");
+  caption.delay("It takes long.");
+  expect(now()).toEqual(["It takes long.", true]);
+  let went = 0;
+  caption.offer("This link leads nowhere.", "Go to the start", () => {
+    went += 1;
+  });
+  expect([...now(), way.textContent]).toEqual(["This link leads nowhere.", false, "Go to the start"]);
+  caption.problem("Nothing comes.", true);
+  expect(now()).toEqual(["Nothing comes.", true]);
+  caption.answered();
+  way.onclick();
+  caption.delay();
+  expect([...now(), went]).toEqual([expect.stringMatching(/^Flying/), true, 1]);
+});

@@ -1,6 +1,7 @@
 /**
- * What does the line at the bottom of the element say? How much of the first picture is here; later, that one flies. A
- * problem stays there, whatever happens after it, until all is tried again.
+ * What does the line at the bottom of the element say? How much of the first picture is here; later, that one flies; and before that, that
+ * something takes long, or that a link leads nowhere, with a button that leads to the start. A problem stays there, whatever happens
+ * after it, until all is tried again.
  */
 import { write } from "../ui/dom.ts";
 import { writeProgress } from "../ui/format.ts";
@@ -8,62 +9,89 @@ import type { Display, Moving, Readings } from "../ui/readings.ts";
 
 const FLYING = "Flying: walls do not stop you. F to walk.";
 
+/** What may be said, the most urgent first. */
+const URGENCY = ["problem", "offer", "delay", "progress", "manner"] as const;
+
 export class Caption implements Display {
   private complete = false;
-  private failed = false;
   /** Whether the problem passes by itself. */
   private passes = false;
-  private manner = "";
+  private readonly said: Record<(typeof URGENCY)[number], string> = {
+    problem: "",
+    offer: "",
+    delay: "",
+    progress: "",
+    manner: "",
+  };
 
-  /** `ready` is called once, when the first picture is complete. */
+  /** `ready` is called once, when the first picture is complete; `way` is the button of what is offered. */
   constructor(
     private readonly line: HTMLElement,
     private readonly ready: () => void,
+    private readonly way?: Pick<HTMLButtonElement, "hidden" | "textContent" | "onclick">,
   ) {}
 
   title(): void {}
 
   mode(mode: Moving): void {
-    this.manner = mode === "fly" ? FLYING : "";
-    this.say(this.manner);
+    this.say("manner", mode === "fly" ? FLYING : "");
   }
 
   show({ settled, progress }: Readings): void {
     if (this.complete) return;
-    this.say(!settled && progress ? writeProgress(progress) : this.manner);
+    this.say("progress", !settled && progress ? writeProgress(progress) : "");
     if (!settled) return;
     this.complete = true;
     this.ready();
   }
 
   problem(text: string, passes = false): void {
-    this.failed = true;
     this.passes = passes;
-    this.put(text);
+    this.say("problem", text);
+  }
+
+  /** Says that something takes long; nothing says that this is over. */
+  delay(text = ""): void {
+    this.say("delay", text);
+  }
+
+  /** Says something with one thing that can be done about it. */
+  offer(text: string, action: string, act: () => void): void {
+    if (this.way) {
+      this.way.textContent = action;
+      this.way.onclick = () => {
+        this.withdraw();
+        act();
+      };
+    }
+    this.say("offer", text);
+  }
+
+  /** Offers nothing any more. */
+  withdraw(): void {
+    if (this.said.offer !== "") this.say("offer", "");
   }
 
   /** Whether there is a problem. */
   get hasFailed(): boolean {
-    return this.failed;
+    return this.said.problem !== "";
   }
 
   /** Is silent about what was wrong, since it is tried again. */
   forgive(): void {
-    this.failed = false;
-    this.put("");
+    this.say("problem", "");
   }
 
   /** The server answers again. */
   answered(): void {
-    if (this.failed && this.passes) this.forgive();
+    if (this.passes) this.forgive();
   }
 
-  private say(text: string): void {
-    if (!this.failed) this.put(text);
-  }
-
-  private put(text: string): void {
-    this.line.hidden = text === "";
-    write(this.line, text);
+  private say(kind: (typeof URGENCY)[number], text: string): void {
+    this.said[kind] = text;
+    const foremost = URGENCY.find((one) => this.said[one] !== "");
+    this.line.hidden = foremost === undefined;
+    write(this.line, foremost ? this.said[foremost] : "");
+    if (this.way) this.way.hidden = foremost !== "offer";
   }
 }

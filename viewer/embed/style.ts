@@ -27,15 +27,37 @@ canvas:focus-visible {
   outline: 2px solid #e8b96a;
   outline-offset: -2px;
 }
-p {
+.caption {
   position: absolute;
-  left: 50%;
+  left: 12px;
+  right: 12px;
   bottom: 12px;
-  translate: -50% 0;
+  display: flex;
+  flex-wrap: wrap;
+  justify-content: center;
+  gap: 8px;
+  pointer-events: none;
+}
+.caption button {
+  padding: 6px 12px;
+  border: 1px solid rgb(255 255 255 / 35%);
+  border-radius: 10px;
+  background: rgb(17 21 27 / 88%);
+  color: inherit;
+  font: inherit;
+  cursor: pointer;
+  pointer-events: auto;
+}
+.caption button:focus-visible {
+  outline: 2px solid #e8b96a;
+}
+p {
   margin: 0;
   padding: 6px 12px;
-  max-width: calc(100% - 24px);
+  max-width: 100%;
   box-sizing: border-box;
+  overflow-wrap: anywhere;
+  pointer-events: auto;
   border-radius: 10px;
   background: rgb(17 21 27 / 88%);
 }

@@ -18,6 +18,7 @@ import { PublishedScene } from "../core/published.ts";
 import { RequestLog } from "../core/requestlog.ts";
 import type { Part } from "../core/residency.ts";
 import type { Shelf } from "../core/shelf.ts";
+import type { Silence } from "../core/silences.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { type Files, type FixtureOptions, publish } from "./fixture.ts";
@@ -104,6 +105,8 @@ export interface SetUp extends Partial<FixtureOptions>, ServerOptions {
   readonly uses?: Uses;
   readonly growing?: Growing;
   readonly shelf?: Shelf;
+  /** Hears of what is silent. */
+  readonly silent?: (silence: Silence | undefined) => void;
   /** What a request costs; low, so that choices do not depend on how fast this machine is. */
   readonly request_bytes?: number;
 }
@@ -120,16 +123,18 @@ export async function explore({
   bundles = false,
   delay_ms = 0,
   answer = () => undefined,
+  answerAfter_ms = () => 0,
+  silent = () => {},
   ...options
 }: SetUp = {}) {
   const starts = () => ({ receives: () => {}, ends: () => {} });
   const meter = { request_bytes, bytes_per_s: Number.POSITIVE_INFINITY, hasRoom: () => true, starts };
   const files = publish({ rooms: 6, ...options });
   spoil?.(files);
-  const { fetch, requests } = serveFiles(files, { bundles, delay_ms, answer });
+  const { fetch, requests } = serveFiles(files, { bundles, delay_ms, answerAfter_ms, answer });
   const log = new RequestLog(() => 0);
   const digest = webCryptoDigest();
-  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest, shelf, meter, log });
+  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest, shelf, meter, log, silent });
   const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
   const host = new RecordingHost();
   const problems: unknown[] = [];

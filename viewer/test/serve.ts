@@ -6,6 +6,8 @@ export interface ServerOptions {
   readonly bundles?: boolean;
   /** Every answer takes so long. */
   readonly delay_ms?: number;
+  /** Begins to answer some paths only after a time. */
+  readonly answerAfter_ms?: (path: string, bytes: Uint8Array) => number;
   /** Answers some paths in its own way, given what the file holds. */
   readonly answer?: (path: string, bytes: Uint8Array) => BodyInit | Response | undefined;
 }
@@ -13,7 +15,7 @@ export interface ServerOptions {
 /** Answers requests from files below a base, and counts them. */
 export function serveFiles(
   files: Files,
-  { bundles = false, delay_ms = 0, answer = () => undefined }: ServerOptions = {},
+  { bundles = false, delay_ms = 0, answerAfter_ms = () => 0, answer = () => undefined }: ServerOptions = {},
 ) {
   const base = "https://host/sub/";
   const requests: string[] = [];
@@ -25,6 +27,8 @@ export function serveFiles(
     if (init.signal?.aborted) throw new DOMException("aborted", "AbortError");
     const bytes = bundles && path.startsWith(BUNDLE) ? bundleOf(files, path) : files.get(path);
     if (!bytes) return new Response("", { status: 404 });
+    const after_ms = answerAfter_ms(path, bytes);
+    if (after_ms > 0) await new Promise((resolve) => setTimeout(resolve, after_ms));
     const own = answer(path, bytes);
     return own instanceof Response ? own : new Response(own ?? (bytes as BodyInit), { headers });
   };

@@ -14,7 +14,9 @@ const VERTEX = /* glsl */ `
 varying vec3 vDirection;
 void main() {
   vDirection = position;
-  gl_Position = projectionMatrix * vec4(mat3(viewMatrix) * position, 1.0);
+  // Beyond the near plane, wherever that is; and by numbers near one, since some rasterisers interpolate large ones badly.
+  float near = projectionMatrix[3][2] / (projectionMatrix[2][2] - 1.0);
+  gl_Position = projectionMatrix * vec4(mat3(viewMatrix) * (4.0 * position), 1.0 / near);
 }`;
 
 /** Colours are mixed as they are written in styles, not as light. */

@@ -29,6 +29,8 @@ const VIEW_ANGLE_DEG = 62;
 /** What is nearer than this is not drawn; in a world no larger than a few metres, than this share of it. */
 const NEAR_M = 0.06;
 const NEAR_SHARE = 0.01;
+/** Nor what is nearer than this share of the way to the nearest thing that can be seen: other people may be on the way. */
+const NEAR_OF_CLEARANCE = 0.03;
 const MAX_PIXEL_RATIO = 2;
 const ENVIRONMENT_SIZE_PX = 64;
 /** Pixels are given up until the picture is so small, a share of its full width and height. */
@@ -60,6 +62,8 @@ export class Stage {
   private losses = 0;
   private readonly paintings: Painting[] = [];
   private top_m: number | undefined;
+  /** The near plane is no nearer, and the far plane no nearer either. */
+  private least_m = { near: NEAR_M, far: 2000 };
 
   /** Answers when it can draw. */
   static async open(canvas: HTMLCanvasElement): Promise<Stage> {
@@ -131,9 +135,29 @@ export class Stage {
   /** Fits the near and the far plane to a world. */
   fit(bounds: Bounds): void {
     const diagonal_m = Math.hypot(...[0, 1, 2].map((axis) => (bounds.max[axis] ?? 0) - (bounds.min[axis] ?? 0)));
-    this.camera.near = diagonal_m > 0 ? Math.min(NEAR_M, NEAR_SHARE * diagonal_m) : NEAR_M;
-    this.camera.far = Math.max(200, diagonal_m * 2);
-    this.camera.updateProjectionMatrix();
+    this.least_m = {
+      near: diagonal_m > 0 ? Math.min(NEAR_M, NEAR_SHARE * diagonal_m) : NEAR_M,
+      far: Math.max(200, diagonal_m * 2),
+    };
+    this.reach(0, 0);
+  }
+
+  /** So near something must be to matter to {@link reach}. */
+  get nearAt_m(): number {
+    return this.least_m.near / NEAR_OF_CLEARANCE;
+  }
+
+  /**
+   * Draws what is as near and as far as this. Depths tell apart what is `z² / (near · 2²⁴)` m apart: from 30 km and with the near plane of
+   * a person, what is closer together than 900 m would be seen through each other.
+   */
+  reach(nearest_m: number, furthest_m: number): void {
+    const { camera, least_m } = this;
+    const far = Math.max(least_m.far, furthest_m);
+    const near = Math.min(Math.max(least_m.near, NEAR_OF_CLEARANCE * nearest_m), far * NEAR_OF_CLEARANCE);
+    if (near === camera.near && far === camera.far) return;
+    [camera.near, camera.far] = [near, far];
+    camera.updateProjectionMatrix();
   }
 
   /**

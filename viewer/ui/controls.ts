@@ -8,6 +8,7 @@ import { type PadMotion, readPads } from "./gamepad.ts";
 import { HeldKeys } from "./heldkeys.ts";
 import { type Command, commandOf, isForControl, MOTIONS } from "./keys.ts";
 import { PadWatch } from "./padwatch.ts";
+import { holdsPointer } from "./pointerlock.ts";
 
 export interface ControlEvents {
   /** Whose keys count. */
@@ -18,6 +19,8 @@ export interface ControlEvents {
   readonly command: (command: Command) => boolean;
   /** A click or a tap without dragging, in CSS pixels from the corner of the canvas. */
   readonly tap: (x: number, y: number) => void;
+  /** Whether gamepads count now; always unless given. They point at nothing, and keys do. */
+  readonly hearsPads?: () => boolean;
   /** Where on the page there is room for the stick; unless given, all over it. */
   readonly room?: () => DOMRect;
 }
@@ -58,7 +61,7 @@ export class Controls {
     const { signal } = this.ending;
     this.watch = new PadWatch(
       // Who looks at another page presses for that.
-      () => (document.hidden ? [] : (navigator.getGamepads?.() ?? [])),
+      () => (document.hidden || events.hearsPads?.() === false ? [] : (navigator.getGamepads?.() ?? [])),
       (command) => events.command(command),
     );
     addEventListener("gamepadconnected", () => this.watch.look(), { signal });
@@ -151,7 +154,7 @@ export class Controls {
   }
 
   private pointerMove(event: PointerEvent): void {
-    if (document.pointerLockElement === this.canvas) {
+    if (holdsPointer(this.canvas)) {
       this.events.turn(-event.movementX * RADIANS_PER_PX, -event.movementY * RADIANS_PER_PX);
     } else if (this.stickPointer?.id === event.pointerId) {
       const [x, y] = [event.clientX - this.stickPointer.x, event.clientY - this.stickPointer.y];
@@ -185,7 +188,7 @@ export class Controls {
     if (!pressed || event.timeStamp - pressed.t_ms > TAP_MS) return;
     if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > TAP_PX) return;
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
-    const locked = document.pointerLockElement === this.canvas;
+    const locked = holdsPointer(this.canvas);
     this.events.tap(locked ? width / 2 : event.clientX - left, locked ? height / 2 : event.clientY - top);
   }
 

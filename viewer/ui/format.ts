@@ -60,6 +60,16 @@ export function writeTime(time_ms: number): string {
   return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
 }
 
+/** Whole seconds: `20 s`. */
+export function writeSeconds(time_ms: number): string {
+  return `${Math.round(time_ms / 1000)} s`;
+}
+
+/** A text with addresses of published files in it, each by the first digits of its name and its kind: `o/77ac0f84….glb`. */
+export function shorten(text: string): string {
+  return text.replaceAll(/[^\s"“]*\/o\/([0-9a-f]{8})[0-9a-f]{8,}((?:\.[a-z0-9]+)*)/g, "o/$1…$2");
+}
+
 /** A door by its name in the source: `door “front”`, `door 3`, `Front door`; `the door` when it has none. */
 export function writeDoor(sourceNode: string): string {
   const name = sourceNode

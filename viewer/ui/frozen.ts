@@ -1,5 +1,5 @@
 /** How does one look at a view from outside? What is shown stays that of one place, while one flies about and comes back. */
-import type { Pose } from "../core/address.ts";
+import type { Mode, Pose } from "../core/address.ts";
 import { add, direction, scale, subtract, type Vec3 } from "../core/geometry.ts";
 import type { Walker } from "../core/walker.ts";
 import type { Stage } from "../three/stage.ts";
@@ -9,8 +9,8 @@ const [LOOK_BACK_M, LOOK_DOWN_M] = [12, 16];
 const HEADROOM_M = 0.8;
 
 export class FrozenView {
-  readonly pose: Pose;
-  private readonly mode: Walker["mode"];
+  /** With how one moved there. */
+  readonly pose: Pose & { readonly mode: Mode };
   /** From the eye to the corners of the picture, a metre away. */
   private readonly rays: readonly Vec3[];
 
@@ -20,8 +20,7 @@ export class FrozenView {
     private readonly stage: Stage,
   ) {
     const { position, yaw, pitch, mode, size } = walker;
-    this.pose = { position, yaw, pitch };
-    this.mode = mode;
+    this.pose = { position, yaw, pitch, mode };
     this.rays = stage.corners(1).map((corner) => subtract(corner, position));
     walker.mode = "fly";
     walker.place(add(position, add(scale(direction(yaw), -LOOK_BACK_M * size), [0, LOOK_DOWN_M * size, 0])));
@@ -40,10 +39,10 @@ export class FrozenView {
 
   /** Goes back to where it was frozen; who walked there walks again, in that cell. */
   thaw(cell: number | undefined): void {
-    const { position, yaw, pitch } = this.pose;
+    const { position, yaw, pitch, mode } = this.pose;
     void this.cutAway(false);
-    this.walker.mode = this.mode;
-    this.walker.place(position, this.mode === "walk" ? cell : undefined);
+    this.walker.mode = mode;
+    this.walker.place(position, mode === "walk" ? cell : undefined);
     this.walker.look(yaw, pitch);
   }
 }

@@ -2,6 +2,7 @@
  * What can one ask and do from a browser's console? `belvedere.state()`, `belvedere.teleport([x, y, z])` and a few more;
  * tests in a real browser use the same.
  */
+import type { Mode } from "../core/address.ts";
 import type { CellRecord } from "../core/cellrecord.ts";
 import type { Vec3 } from "../core/geometry.ts";
 import type { LiveCompany } from "./company.ts";
@@ -25,7 +26,7 @@ export interface State {
   readonly position: Vec3;
   readonly yaw: number;
   readonly pitch: number;
-  readonly mode: "fly" | "walk";
+  readonly mode: Mode;
   /** Visible objects of which a level is held and yet nothing is drawn; always 0. */
   readonly holes: number;
   /** Visible objects of which nothing is held yet; `null` while nobody knows what can be seen. */

@@ -8,17 +8,17 @@ import type { SceneSummary, Viewpoint } from "../core/documents.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { length } from "../core/geometry.ts";
 import type { PlacedObject } from "../core/objects.ts";
-import { fetchSceneList, PublishedScene } from "../core/published.ts";
+import type { PublishedScene } from "../core/published.ts";
 import { RequestLog } from "../core/requestlog.ts";
 import { Shelf } from "../core/shelf.ts";
 import { Throttle } from "../core/throttle.ts";
-import { FetchError } from "../core/transfer.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { decoderReady } from "../three/decoder.ts";
 import { Stage } from "../three/stage.ts";
 import { describeInto } from "./alternative.ts";
 import { Announcer } from "./announcer.ts";
+import { ASTRAY, TO_THE_START } from "./astray.ts";
 import { LiveCompany } from "./company.ts";
 import { Controls } from "./controls.ts";
 import { DoorHint } from "./doorhint.ts";
@@ -32,9 +32,10 @@ import { inspector } from "./inspect.ts";
 import { InspectorPanel } from "./inspector/panel.ts";
 import type { Command } from "./keys.ts";
 import { MapPanel } from "./map.ts";
+import { openScene } from "./opening.ts";
 import { Pointing } from "./pointing.ts";
 import { unlessForbidden } from "./policy.ts";
-import { explain, NO_GRAPHICS, NoSuchScene, serverAt, showProblem } from "./problem.ts";
+import { explain, explainSilence, NO_GRAPHICS, NoSuchScene, serverAt, showProblem } from "./problem.ts";
 import { Recording } from "./recording.ts";
 import { labelled } from "./scenelabels.ts";
 import { Toast } from "./toast.ts";
@@ -54,30 +55,6 @@ function tallyEncodedBytes(base: string): void {
     }
   });
   observer.observe({ type: "resource", buffered: true });
-}
-
-/** The scene that the address names, else the first of the tree. */
-function choose(named: string | null, scenes: readonly SceneSummary[]): string {
-  const first = scenes[0]?.scene;
-  if (named) return named;
-  if (first) return first;
-  throw new NoSuchScene(undefined, scenes);
-}
-
-async function open(queue: FetchQueue, tree: Tree): Promise<{ scene: PublishedScene; scenes: SceneSummary[] }> {
-  const named = new URL(location.href).searchParams.get("scene");
-  const listing = fetchSceneList(queue, tree);
-  // A tree may hold a scene that its list does not name; the list is only needed to choose from.
-  const scenes = named ? await listing.catch(() => []) : await listing;
-  const name = choose(named, scenes);
-  try {
-    return { scene: await PublishedScene.open(queue, tree, name), scenes };
-  } catch (error) {
-    if (error instanceof FetchError && error.kind === "status" && scenes.every(({ scene }) => scene !== name)) {
-      throw new NoSuchScene(name, scenes);
-    }
-    throw error;
-  }
 }
 
 function offerScenes(scenes: readonly SceneSummary[], current: string): void {
@@ -109,6 +86,8 @@ function offerViewpoints(viewpoints: readonly Viewpoint[], goTo: (viewpoint: Vie
 interface Network {
   readonly log: RequestLog;
   readonly throttle: Throttle;
+  /** Says what goes wrong with it. */
+  readonly toast: Toast;
 }
 
 /** Whether one panel at a time is all that there is room for. */
@@ -128,15 +107,10 @@ function isUsed(name: string): boolean {
 
 function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummary[], network: Network): void {
   const canvas = element("view", HTMLCanvasElement);
+  const { toast } = network;
   const announcer = new Announcer(element("live", HTMLParagraphElement));
   const hud = new Hud(announcer);
   const server = serverAt(scene.tree.base, location.origin);
-  const toast = new Toast({
-    line: element("toast", HTMLParagraphElement),
-    text: element("toast-text", HTMLSpanElement),
-    action: element("toast-retry", HTMLButtonElement),
-    close: element("toast-close", HTMLButtonElement),
-  });
   /** The revision that links name; none while the page goes on to another one. */
   let linked: string | undefined = scene.pointer.revision;
   const showAnew = () => {
@@ -145,6 +119,8 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     location.reload();
   };
   const outdated = () => toast.show("This world was published anew while you were in it.", "Show it", showAnew);
+  /** What is to be said of a link that was made in another revision. */
+  let ofOldLink = "";
   const dark = element("dark", HTMLParagraphElement);
   const visit = new Visit({
     scene,
@@ -159,6 +135,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     },
     answered: () => toast.answered(),
     outdated,
+    astray: (how) => toast.show(`${ofOldLink}${ASTRAY[how]}`, TO_THE_START, () => visit.start()),
     graphics: (state) => {
       dark.textContent = state === "lost" ? NO_GRAPHICS : "";
       dark.hidden = state === "here";
@@ -178,6 +155,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     visit,
     recording,
     company,
+    announcer,
     ...network,
     toggled: (open) => {
       document.body.classList.toggle("inspecting", open);
@@ -259,13 +237,15 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const pose = readPose(location.hash);
   const seen = readRevision(location.hash);
   if (seen !== undefined && seen !== scene.pointer.revision) {
-    toast.show("This world has changed since the link was made.", "All right", () => {});
+    ofOldLink = "This world has changed since the link was made. ";
+    toast.show(ofOldLink.trim(), "All right", () => {});
   }
-  if (pose) visit.teleport(pose);
+  if (pose) visit.follow(pose);
   else visit.start();
   addEventListener("hashchange", () => {
     const target = readPose(location.hash);
-    if (target) visit.teleport(target);
+    ofOldLink = "";
+    if (target) visit.follow(target);
   });
   addEventListener("online", () => {
     toast.retried();
@@ -281,6 +261,15 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   focusWorld();
 }
 
+function makeToast(): Toast {
+  return new Toast({
+    line: element("toast", HTMLParagraphElement),
+    text: element("toast-text", HTMLSpanElement),
+    action: element("toast-retry", HTMLButtonElement),
+    close: element("toast-close", HTMLButtonElement),
+  });
+}
+
 async function main(): Promise<void> {
   const retry = () => location.reload();
   let base = new URL(location.href);
@@ -291,13 +280,25 @@ async function main(): Promise<void> {
     const log = new RequestLog(() => performance.now());
     const throttle = new Throttle((url, init) => fetch(url, init));
     const shelf = await Shelf.open(compartments(globalThis.caches), SHELF_BYTES);
-    const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: throttle.fetch, digest: webCryptoDigest(), log, shelf });
+    const toast = makeToast();
+    const server = serverAt(base, location.origin);
+    const queue = new FetchQueue({
+      ...FETCH_DEFAULTS,
+      fetch: throttle.fetch,
+      digest: webCryptoDigest(),
+      log,
+      shelf,
+      silent: (silence) => toast.showDelay(silence && explainSilence(silence, server)),
+    });
     // The first documents travel while the renderer gets ready.
-    const opening = Promise.all([unlessForbidden(tree, open(queue, tree)), decoderReady()]);
+    const opening = Promise.all([
+      unlessForbidden(tree, openScene(queue, tree, new URL(location.href))),
+      decoderReady(),
+    ]);
     opening.catch(() => {});
     const stage = await Stage.open(element("view", HTMLCanvasElement));
     const [{ scene, scenes }] = await opening;
-    start(stage, scene, scenes, { log, throttle });
+    start(stage, scene, scenes, { log, throttle, toast });
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];
     const links = labelled(others).map(({ scene, label }) => ({ label, href: addressOfScene(location.href, scene) }));

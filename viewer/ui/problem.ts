@@ -2,16 +2,19 @@
  * What went wrong, in a plain sentence, and what can one do? A panel when there is nothing to show; where the walk can go on, a line
  * at the bottom (`toast.ts`).
  */
+import { NoWebAddressError } from "../core/address.ts";
 import { CellRecordError } from "../core/cellrecord.ts";
 import type { SceneSummary } from "../core/documents.ts";
 import { DocumentError } from "../core/json.ts";
 import { IncompleteMapError } from "../core/lostpages.ts";
 import { reasonOf } from "../core/reason.ts";
 import { MemoryShortError } from "../core/residency.ts";
+import type { Silence } from "../core/silences.ts";
 import { FetchError } from "../core/transfer.ts";
 import { NoDecoderError } from "../three/decoder.ts";
 import { NoWebGlError } from "../three/stage.ts";
 import { element } from "./elements.ts";
+import { shorten, writeSeconds } from "./format.ts";
 
 /** The tree does not hold the scene that was asked for, or no scene at all. */
 export class NoSuchScene extends Error {
@@ -22,6 +25,15 @@ export class NoSuchScene extends Error {
     readonly others: readonly SceneSummary[],
   ) {
     super(`there is no scene called ${scene ?? "anything"} here`);
+  }
+}
+
+/** Nothing is published where a link says that a tree is. */
+export class NoSuchTree extends Error {
+  override readonly name = "NoSuchTree";
+
+  constructor(readonly base: string) {
+    super(`nothing is published at ${base}`);
   }
 }
 
@@ -46,6 +58,8 @@ export const NO_GRAPHICS = "The graphics card is busy or was reset. The picture 
 export interface Server {
   readonly host: string;
   readonly isElsewhere: boolean;
+  /** Whether the page is not the viewer's own, but one that shows a world among other things. */
+  readonly isForeignPage?: boolean;
 }
 
 /** The server of an address. */
@@ -53,8 +67,18 @@ export function serverAt({ host, origin }: URL, pageOrigin: string): Server {
   return { host, isElsewhere: origin !== pageOrigin };
 }
 
-/** An error in words. */
-export function explain(error: unknown, { host, isElsewhere }: Server): Explanation {
+/** An error in words, for people: what is missing is named by the first digits of its name. */
+export function explain(error: unknown, server: Server): Explanation {
+  const { title, text } = explainInFull(error, server);
+  return { title, text: shorten(text) };
+}
+
+/** That a server takes long to answer, and what is done about it. */
+export function explainSilence({ attempt, attempts, waited_ms }: Silence, { host }: Server): string {
+  return `${host} takes long to answer: nothing came of something for ${writeSeconds(waited_ms)}. It is asked again (${attempt + 1} of ${attempts}), and what is here stays.`;
+}
+
+function explainInFull(error: unknown, { host, isElsewhere, isForeignPage }: Server): Explanation {
   if (error instanceof NoWebGlError) {
     return {
       title: "3-D graphics are not available",
@@ -81,10 +105,17 @@ export function explain(error: unknown, { host, isElsewhere }: Server): Explanat
           : `No scene is published on ${host}. The command “belvedere bake FILE --scene NAME” publishes one.`,
     };
   }
+  if (error instanceof NoSuchTree || error instanceof NoWebAddressError) {
+    return {
+      title: "There is no world at the address in this link",
+      text: `“base=${error.base}” in this link should be the address of a folder in which worlds are published, such as https://host/worlds/. Correct it, or leave it out.`,
+    };
+  }
   if (error instanceof ForbiddenTree) {
+    const serve = isForeignPage ? "" : `“belvedere serve --base-origins ${error.origin}”, or with another web server, `;
     return {
       title: "This page may not show worlds of another server",
-      text: `Its Content Security Policy keeps it from reading ${error.origin}. Whoever runs the page can allow that: “belvedere serve --base-origins ${error.origin}”, or with another web server, connect-src in its Content-Security-Policy. The world may also have a page of its own: open ${error.origin}.`,
+      text: `Its Content Security Policy keeps it from reading ${error.origin}. Whoever runs the page can allow that: ${serve}connect-src in its Content-Security-Policy. The world may also have a page of its own: open ${error.origin}.`,
     };
   }
   if (error instanceof FetchError && error.kind === "unreachable") {

@@ -1,6 +1,6 @@
 import { expect, it, vi } from "vitest";
 import { FetchError } from "../core/transfer.ts";
-import { explain, serverAt } from "./problem.ts";
+import { explain, ForbiddenTree, serverAt } from "./problem.ts";
 import { Toast } from "./toast.ts";
 
 const HERE = serverAt(new URL("https://host/"), "https://host");
@@ -8,7 +8,7 @@ const silent = new FetchError("unreachable", "https://host/o/1.glb", "it is sile
 const missing = new FetchError("status", "https://host/o/1.glb", "it is missing", 404);
 
 function shown() {
-  const button = () => ({ textContent: "", onclick: () => {} });
+  const button = () => ({ textContent: "", onclick: () => {}, hidden: false });
   const parts = { line: { hidden: true }, text: { textContent: "" }, action: button(), close: button() };
   return { parts, toast: new Toast(parts) };
 }
@@ -41,6 +41,36 @@ it("keeps what can be done, whatever goes wrong, until that is done or closed", 
   parts.close.onclick();
   toast.showProblem(silent, HERE, () => {});
   expect(parts.action.textContent).toBe("Try again");
+});
+
+it("says that something takes long until that is over, a problem comes or something can be done", () => {
+  const { parts, toast } = shown();
+  toast.showDelay("It takes long.");
+  expect([parts.line.hidden, parts.text.textContent, parts.action.hidden]).toEqual([false, "It takes long.", true]);
+  toast.showDelay(undefined);
+  expect(parts.line.hidden).toBe(true);
+  toast.showDelay("It takes long.");
+  toast.showProblem(silent, HERE, () => {});
+  toast.showDelay(undefined);
+  expect([parts.line.hidden, parts.action.hidden]).toEqual([false, false]);
+  toast.showDelay("It takes long.");
+  expect(parts.text.textContent).toContain("cannot be reached");
+  toast.answered();
+  expect(parts.line.hidden).toBe(true);
+});
+
+it("names files by their first digits and their kind", () => {
+  const url = `https://host/sub/o/77ac0f84${"0".repeat(56)}.glb`;
+  const error = new FetchError("status", url, `${url} was answered with 404`, 404);
+  expect(explain(error, HERE).text).toContain(": o/77ac0f84….glb was answered with 404.");
+});
+
+it("says to whoever runs a page that shows a world what its policy must allow, and nothing of a server that sends viewers", () => {
+  const forbidden = new ForbiddenTree("https://worlds");
+  expect(explain(forbidden, HERE).text).toContain("belvedere serve --base-origins https://worlds");
+  const { text } = explain(forbidden, { ...HERE, isForeignPage: true });
+  expect(text).toContain("can allow that: connect-src in its Content-Security-Policy");
+  expect(text).not.toContain("belvedere serve");
 });
 
 it("says of another server that it must let pages read it", () => {

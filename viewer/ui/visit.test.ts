@@ -1,5 +1,6 @@
 import { expect, it, vi } from "vitest";
 import type { Pose } from "../core/address.ts";
+import type { Astray } from "../core/astray.ts";
 import type { Vec3 } from "../core/geometry.ts";
 import { explore } from "../test/explore.ts";
 import type { Stage } from "../three/stage.ts";
@@ -12,6 +13,9 @@ const stage = {
   fit: () => {},
   onLost: () => {},
   onRestored: () => {},
+  nearAt_m: 1,
+  reach: () => {},
+  size: { width: 1280, height: 720 },
   resize: () => false,
   aim: () => {},
   corners: () => [],
@@ -38,10 +42,12 @@ async function visitAt(pose: Pose) {
   const { scene } = await explore();
   const written: Pose[] = [];
   const posed = ({ position, yaw, pitch }: Pose) => written.push({ position, yaw, pitch });
-  const visit = new Visit({ scene, stage, display, posed, problem: () => {} });
+  const strayed: Astray[] = [];
+  const astray = (how: Astray) => strayed.push(how);
+  const visit = new Visit({ scene, stage, display, posed, astray, problem: () => {} });
   visit.teleport(pose);
   visit.begin(controls);
-  return { visit, written, frame: (now_ms: number) => next(now_ms) };
+  return { visit, written, strayed, frame: (now_ms: number) => next(now_ms) };
 }
 
 const STOOD: Pose = { position: [3, 1.6, 3], yaw: 0.5, pitch: 0.1 };
@@ -68,5 +74,21 @@ it("links carry the place that one comes to and freezes between two frames", asy
   frame(1000);
   frame(2000);
   expect(written).toEqual([STOOD]);
+  visit.close();
+});
+
+it("a link says whether one flies there, and is judged once it is known what is there", async () => {
+  const { visit, frame, strayed } = await visitAt(STOOD);
+  visit.follow({ position: [3, 40, 3], yaw: 0, pitch: 0, mode: "fly" });
+  expect(visit.walker.mode).toBe("fly");
+  visit.follow({ position: [-20, 1.6, 3], yaw: 0, pitch: 0, mode: "walk" });
+  expect(visit.walker.mode).toBe("walk");
+  for (let now_ms = 10; strayed.length === 0; now_ms += 10) {
+    frame(now_ms);
+    await new Promise((resolve) => setTimeout(resolve, 2));
+  }
+  expect(strayed).toEqual(["outside"]);
+  visit.start();
+  expect([visit.walker.mode, visit.walker.position]).toEqual(["walk", [1.5, 1.6, 3]]);
   visit.close();
 });

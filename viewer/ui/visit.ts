@@ -2,12 +2,15 @@
  * What happens from frame to frame? One visit to one scene: moves the walker, tells the explorer where the eye is
  * and draws when something has changed.
  */
-import { anglesOf, type Pose } from "../core/address.ts";
+import { anglesOf, type Mode, type Pose } from "../core/address.ts";
+import type { Astray } from "../core/astray.ts";
+import { clearance_m } from "../core/clearance.ts";
 import type { FileRef, Viewpoint } from "../core/documents.ts";
 import { Explorer } from "../core/explorer.ts";
+import type { Footing } from "../core/footing.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import { FrameTimes } from "../core/frametimes.ts";
-import { add, direction, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import { add, diagonal_m, direction, distanceToBounds, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
 import { Motion } from "../core/motion.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
 import { madeUp, overview } from "../core/overview.ts";
@@ -36,6 +39,8 @@ export interface VisitParts {
   /** As in `ExplorerEvents`. */
   readonly answered?: () => void;
   readonly outdated?: () => void;
+  /** Told that a link leads out of the world, or where nobody can stand. */
+  readonly astray?: (how: Astray) => void;
   /** Told when the graphics card is lost to the page, and when it is here again. */
   readonly graphics?: (state: "lost" | "here") => void;
 }
@@ -88,6 +93,10 @@ export class Visit {
   private readonly reporter: Reporter;
   /** Where one has begun high up, if so. */
   private looksDownFrom: Vec3 | undefined;
+  /** Tells one landing from the next, while it is not known where that will be. */
+  private landing: object | undefined;
+  /** The place of a link that one has not left, while it is not known what is there. */
+  private linked: Pose | undefined;
   private frozenView: FrozenView | undefined;
 
   constructor(private readonly parts: VisitParts) {
@@ -137,17 +146,29 @@ export class Visit {
   }
 
   /** Puts the eye somewhere at once. */
-  teleport({ position, yaw, pitch }: Pose): void {
+  teleport({ position, yaw, pitch, mode }: Pose): void {
     this.errands.end();
+    this.landing = undefined;
     this.walker.place(position);
     this.walker.look(yaw, pitch);
+    if (mode && mode !== this.walker.mode && !this.frozen) this.setMode(mode);
     this.moved = true;
     // At once, so that nobody is told of the old place as of this one before the next frame.
     if (!this.frozen) this.explorer.follow(this.eye, AT_REST);
   }
 
-  goTo(viewpoint: Viewpoint): void {
-    this.teleport({ position: viewpoint.position, ...anglesOf(viewpoint.orientation) });
+  goTo({ position, orientation }: Viewpoint, mode?: Mode): void {
+    this.teleport({ position, ...anglesOf(orientation), mode });
+  }
+
+  /** Goes to the place of a link, and says so when that leads nowhere. */
+  follow(link: Pose): void {
+    this.teleport(link);
+    const high = this.high();
+    const isHigh =
+      high && link.mode === "fly" && length(subtract(high.position, link.position)) < this.walker.bodyRadius_m;
+    if (isHigh) this.looksDownFrom = link.position;
+    this.linked = link;
   }
 
   turn(yaw: number, pitch: number): void {
@@ -162,16 +183,18 @@ export class Visit {
 
   /** Begins where the author says; where nobody does, high up with all of it in view, as far as it is open above. */
   start(): void {
-    const { scene, stage, display } = this.parts;
-    const [first] = scene.manifest.viewpoints;
+    const [first] = this.parts.scene.manifest.viewpoints;
+    const high = this.high();
+    this.looksDownFrom = high?.position;
+    if (high) this.teleport({ ...high, mode: "fly" });
+    else if (first) this.goTo(first, "walk");
+  }
+
+  /** Where one begins high up, if one does. */
+  private high(): Pose | undefined {
+    const { scene, stage } = this.parts;
     const { width, height } = stage.size;
-    const high = overview(scene.manifest, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
-    if (high) {
-      this.teleport(high);
-      this.walker.mode = "fly";
-      this.looksDownFrom = high.position;
-      display.mode("fly");
-    } else if (first) this.goTo(first);
+    return overview(scene.manifest, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
   }
 
   /** Whether one has not flown away from where one has begun high up. */
@@ -181,26 +204,41 @@ export class Visit {
   }
 
   /**
-   * Flies, or comes down to walk: onto the floor of the cell that is nearest. Who has only looked from high up comes down where a bake
-   * would begin, in a large cell with a floor.
+   * Flies, or comes down to walk: onto the ground below, else into the nearest cell. Who has only looked from high up comes down where
+   * a bake would begin, in a large cell with a floor.
    */
   toggleFly(): void {
-    const { walker, explorer } = this;
+    const { walker } = this;
     const place = madeUp(this.parts.scene.manifest);
     if (this.frozen) return;
-    if (walker.mode === "walk") walker.mode = "fly";
+    if (walker.mode === "walk") this.setMode("fly");
+    else if (this.landing) this.landing = undefined;
     else if (place && this.hasOnlyLooked) {
       this.goTo(place);
       this.level();
-      walker.land(place.position, place.cell);
-    } else {
-      const { cellId } = explorer;
-      const footing = explorer.footing(walker.position, walker.bodyRadius_m);
-      if (footing && cellId !== undefined) walker.land(footing, cellId);
-      else walker.mode = "walk";
-    }
+      this.land({ position: place.position, cell: place.cell });
+    } else void this.comeDown();
+  }
+
+  /** Lands when it is known where, unless one goes elsewhere, or on flying, meanwhile. */
+  private async comeDown(): Promise<void> {
+    const landing = {};
+    this.landing = landing;
+    const footing = await this.explorer.footing(this.walker.position, this.walker);
+    if (this.landing !== landing || this.closed || this.frozen) return;
+    this.land(footing);
+  }
+
+  private land(footing: Footing | undefined): void {
+    this.landing = undefined;
+    if (footing) this.walker.land(footing.position, footing.cell);
+    this.setMode("walk");
+  }
+
+  private setMode(mode: Mode): void {
+    this.walker.mode = mode;
     this.moved = true;
-    this.parts.display.mode(walker.mode);
+    this.parts.display.mode(mode);
   }
 
   /** Whether what is shown stays that of one place, while one flies about. */
@@ -211,6 +249,7 @@ export class Visit {
   /** From now on nothing follows the eye any more, and no wall holds it. */
   freeze(): void {
     this.errands.end();
+    this.landing = undefined;
     this.frozenView = new FrozenView(this.walker, this.parts.stage);
     // One may have come here since the last frame.
     this.reporter.moved();
@@ -352,15 +391,39 @@ export class Visit {
     }
     if (!this.frozen) {
       this.motion.observe(now_ms, this.walker.position);
+      // Before that follows the eye: what the index knows already it has answered since the last frame.
+      this.judge();
       this.explorer.follow(this.eye, this.motion.velocity_mps);
     }
     this.work.add(walked_ms + performance.now() - resized_ms);
     const { dirty } = this;
     this.dirty = false;
+    if (dirty) this.reach();
     if (dirty) this.host.look(this.walker.position, stage.view);
     // Fewer pixels would not have what streaming takes end sooner.
     if (dirty) stage.render(this.drewLastFrame && moving ? Math.max(0, frame_ms - streamed_ms) : undefined);
     this.drewLastFrame = dirty && moving;
+  }
+
+  /** Has drawn what is as near as what can be seen, and as far as all of the world. */
+  private reach(): void {
+    const { stage, scene } = this.parts;
+    const { position } = this.walker;
+    const { bounds } = scene.manifest;
+    // Who looks at a frozen view from outside may have before them what cannot be seen from there.
+    const nearest_m = this.frozen ? 0 : clearance_m(this.explorer.visible, position, stage.nearAt_m);
+    stage.reach(Number.isFinite(nearest_m) ? nearest_m : 0, distanceToBounds(bounds, position) + diagonal_m(bounds));
+  }
+
+  /** Says so once it is known that a link leads nowhere, unless one has left that place. */
+  private judge(): void {
+    const { linked, walker, parts } = this;
+    if (!linked) return;
+    const hasLeft = length(subtract(walker.position, linked.position)) > walker.bodyRadius_m;
+    const judged = hasLeft ? "well" : this.explorer.judge(linked);
+    if (!judged) return;
+    this.linked = undefined;
+    if (judged !== "well") parts.astray?.(judged);
   }
 
   /** A point some metres ahead of the eye, at its height. */

@@ -6,13 +6,15 @@ import type { Model } from "../../core/modeldocument.ts";
 import { geometricError_m, type PlacedObject } from "../../core/objects.ts";
 import { errorOf_px, errorThatDoes } from "../../core/screenerror.ts";
 import { boxes } from "../../three/overlay.ts";
+import type { Announcer } from "../announcer.ts";
 import { make, write } from "../dom.ts";
-import { writeBytes } from "../format.ts";
+import { shorten, writeBytes } from "../format.ts";
 import type { Visit } from "../visit.ts";
 import { type Section, section } from "./section.ts";
 
-const HINT =
-  "Click an object to see what it is made of, or press Space or, where no door is in reach, Enter for what is in the middle of the view.";
+const HINT = matchMedia("(pointer: coarse)").matches
+  ? "Tap an object to see what it is made of."
+  : "Click an object to see what it is made of, or press Space or, where no door is in reach, Enter for what is in the middle of the view.";
 
 export class Ladder implements Section {
   readonly element: HTMLElement;
@@ -21,7 +23,11 @@ export class Ladder implements Section {
   private readonly note = make("p", { class: "note", "data-testid": "ladder-note" });
   private picked: PlacedObject | undefined;
 
-  constructor(private readonly visit: Visit) {
+  /** `announcer` tells what was picked. */
+  constructor(
+    private readonly visit: Visit,
+    private readonly announcer: Announcer,
+  ) {
     this.element = section("The object", this.name, this.grades, this.note);
   }
 
@@ -31,6 +37,14 @@ export class Ladder implements Section {
     this.visit.overlay.set("picked", boxes(bounds, { color: 0xffffff, line: 1, fill: 0 }));
     this.visit.redraw();
     this.update();
+  }
+
+  /** Says what was picked, or that nothing is there; also when it is the same as before. */
+  announce(): void {
+    const { held } = this.picked ? this.visit.explorer.models.of(this.picked.model.model) : {};
+    const drawn = held ? `, drawn by ${held.kind} ${held.number}` : "";
+    this.announcer.say("picked", "");
+    this.announcer.say("picked", this.picked ? `${this.name.textContent}${drawn}` : "There is no object");
   }
 
   update(): void {
@@ -75,7 +89,11 @@ export class Ladder implements Section {
     this.grades.replaceChildren(make("tr", {}, ...head), ...rows);
     const trouble = explorer.models.noteOf(model.model);
     const usual = model.smooth ? RUNGS_NOTE : "It has no smooth LOD.";
-    write(this.note, trouble ? `Drawn by its levels, because what costs less is of no use: ${trouble}` : usual);
+    write(
+      this.note,
+      trouble ? `Drawn by its levels, because what costs less is of no use: ${shorten(trouble)}` : usual,
+    );
+    this.note.title = trouble ?? "";
   }
 }
 

@@ -2,6 +2,7 @@
 import type { PlacedObject } from "../../core/objects.ts";
 import type { RequestLog } from "../../core/requestlog.ts";
 import type { Throttle } from "../../core/throttle.ts";
+import type { Announcer } from "../announcer.ts";
 import type { LiveCompany } from "../company.ts";
 import { make } from "../dom.ts";
 import type { Recording } from "../recording.ts";
@@ -19,6 +20,8 @@ export interface PanelParts {
   readonly visit: Visit;
   readonly company: LiveCompany;
   readonly recording: Recording;
+  /** Tells a screen reader what was picked. */
+  readonly announcer: Announcer;
   readonly log: RequestLog;
   readonly throttle: Throttle;
   /** Hears of opening and closing. */
@@ -42,9 +45,9 @@ export class InspectorPanel {
   private timer: ReturnType<typeof setInterval> | undefined;
 
   constructor(private readonly parts: PanelParts) {
-    const { visit, company, recording, log, throttle } = parts;
+    const { visit, company, recording, announcer, log, throttle } = parts;
     this.layers = new Layers(visit);
-    this.ladder = new Ladder(visit);
+    this.ladder = new Ladder(visit, announcer);
     this.people = new People(visit, company);
     this.sections = [
       new Loading(visit),
@@ -87,7 +90,9 @@ export class InspectorPanel {
 
   /** Shows what an object is made of. */
   show(object: PlacedObject | undefined): void {
-    if (this.open) this.ladder.pick(object);
+    if (!this.open) return;
+    this.ladder.pick(object);
+    this.ladder.announce();
   }
 
   private update(): void {
