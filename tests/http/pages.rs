@@ -322,7 +322,8 @@ async fn files_of_the_page_come_compressed_to_whoever_takes_that() {
                 "zstd" => zstd::decode_all(&coded.body[..]).unwrap(),
                 _ => {
                     let mut decoded = Vec::new();
-                    std::io::Read::read_to_end(&mut flate2::read::GzDecoder::new(&coded.body[..]), &mut decoded).unwrap();
+                    std::io::Read::read_to_end(&mut flate2::read::GzDecoder::new(&coded.body[..]), &mut decoded)
+                        .unwrap();
                     decoded
                 }
             };
