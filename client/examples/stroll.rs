@@ -72,14 +72,15 @@ async fn stroll() -> Result<(), Box<dyn Error>> {
         }
         sleep_until(next).await;
     }
-    seen.tell(&explorer);
+    seen.tell();
+    println!("{}, {} bytes held", explorer.progress(), explorer.memory_bytes());
     if !map.is_current().await? {
         println!("the scene was published anew meanwhile: open it again to see it");
     }
     Ok(())
 }
 
-/// What has come since a cell was entered.
+/// The meshes that have come since a cell was entered.
 #[derive(Default)]
 struct Seen {
     meshes: usize,
@@ -93,9 +94,10 @@ impl Seen {
         for event in events {
             match event {
                 Event::Entered(cell) => {
-                    self.tell(explorer);
+                    self.tell();
                     let (visible, missing) = (explorer.visible().len(), explorer.missing().unwrap_or_default());
-                    println!("{cell}: {visible} objects in sight, of which {missing} are still missing");
+                    let progress = explorer.progress();
+                    println!("{cell}: {visible} objects in sight, of which {missing} are still missing; {progress}");
                 }
                 // What lies ahead is held before anybody sees it.
                 Event::Drawn { why, .. } if why.starts_with("seen from") => {
@@ -112,16 +114,15 @@ impl Seen {
         }
     }
 
-    fn tell<S: ByteSource + 'static>(&mut self, explorer: &Explorer<S>) {
+    fn tell(&mut self) {
         let seen = std::mem::take(self);
         for (meshes, what, first) in [
-            (seen.meshes, "came for what is in sight", seen.first),
-            (seen.ahead, "came ahead", seen.first_ahead),
+            (seen.meshes, "for what is in sight", seen.first),
+            (seen.ahead, "ahead", seen.first_ahead),
         ] {
             if let Some(first) = first {
-                println!("  {meshes} meshes {what}, first: {first}");
+                println!("  {meshes} came {what}, first: {first}");
             }
         }
-        println!("  {}, {} bytes held", explorer.progress(), explorer.memory_bytes());
     }
 }

@@ -111,6 +111,12 @@ pub enum Error {
         /// Why it cannot be had.
         cause: String,
     },
+    /// No part of the index of cells can be had, so that nobody knows where one can go.
+    #[error("no part of the map of cells can be had: {cause}")]
+    Uncharted {
+        /// Why it cannot be had.
+        cause: String,
+    },
     /// Memory does not hold even the coarsest of what can be seen from a cell and from its neighbours.
     #[error(
         "{cell} and the cells next door take {needed_bytes} bytes of memory, {limit_bytes} are allowed; raise the limit"

@@ -43,7 +43,8 @@ async fn no_way_is_made_up_where_no_cell_is_known() {
         let scene = testing::open(Faulty::new(fault)).await.giving_up();
         let mut rambles = Rambles::through(&scene, 1.0, 60.0);
         for manner in [Manner::Wander, Manner::StreetTour] {
-            rambles.script(manner, 1).await.expect_err("nobody knows where to go");
+            let told = rambles.script(manner, 1).await.expect_err("nobody knows where to go");
+            assert!(matches!(told, Error::Uncharted { .. }), "{told}");
         }
         assert_eq!(scene.source().asked(), 1);
     }

@@ -53,7 +53,7 @@ impl<'s, S: ByteSource> Rambles<'s, S> {
     /// on next door, where both cells meet, and round what the index of a scene that is [giving up](Scene::giving_up) has lost.
     ///
     /// # Errors
-    /// When the index leads to no cell at all.
+    /// With [`Error::Uncharted`] when the index leads to no cell at all.
     pub async fn script(&mut self, manner: Manner, seed: u64) -> Result<Script, Error> {
         let (rooms, start, long_m) = (&mut self.rooms, self.start, self.speed_mps * self.duration_s);
         let places = match manner {

@@ -76,7 +76,11 @@ impl<'s, S: ByteSource> Rooms<'s, S> {
         let found = self.scene.whereabouts(None, place, false, false).await?;
         let entry = found.cell;
         if entry.cell == NOWHERE {
-            return Err(found.failures.into_iter().next().unwrap_or(Error::NoCells));
+            let cause = match found.failures.into_iter().next() {
+                Some(Error::Unmapped { cause }) => cause,
+                _ => "no cell was found".to_owned(),
+            };
+            return Err(Error::Uncharted { cause });
         }
         match self.known.get(&entry.cell) {
             Some(room) => Ok(room.clone()),
