@@ -54,6 +54,8 @@ pub enum Error {
     GivenUp {
         /// What happened then.
         cause: String,
+        /// Whether that was for a reason that passes.
+        passes: bool,
     },
     /// A folder for what was fetched cannot be used.
     #[error("cannot keep what is fetched in {}: {cause}", folder.display())]
@@ -109,6 +111,12 @@ pub enum Error {
         /// Why it cannot be had.
         cause: String,
     },
+    /// No part of the index of cells can be had, so that nobody knows where one can go.
+    #[error("no part of the map of cells can be had: {cause}")]
+    Uncharted {
+        /// Why it cannot be had.
+        cause: String,
+    },
     /// Memory does not hold even the coarsest of what can be seen from a cell and from its neighbours.
     #[error(
         "{cell} and the cells next door take {needed_bytes} bytes of memory, {limit_bytes} are allowed; raise the limit"
@@ -152,12 +160,10 @@ impl Error {
     /// Whether it failed for a reason that passes by itself: a server that is silent, busy or out of order. What it holds damaged
     /// stays so until somebody sees to it.
     pub(crate) fn passes(&self) -> bool {
-        matches!(self, Self::Fetch { .. } | Self::Length { .. })
-    }
-
-    /// Whether an immutable document that fails so is lost: asked for again, it would be no other.
-    pub(crate) fn is_final(&self) -> bool {
-        !self.is_transient() || matches!(self, Self::Corrupt(_))
+        matches!(
+            self,
+            Self::Fetch { .. } | Self::Length { .. } | Self::GivenUp { passes: true, .. }
+        )
     }
 
     /// Whether something came, and not as it was sent.

@@ -78,6 +78,7 @@ impl<S: ByteSource> Client<S> {
             manifest,
             index: Mutex::default(),
             lost: Mutex::default(),
+            gives_up: false,
             started: Mutex::default(),
             models: Mutex::default(),
             grown: Mutex::default(),
@@ -90,6 +91,14 @@ impl<S: ByteSource> Client<S> {
 #[derive(serde::Deserialize)]
 struct FormatOnly {
     format: u32,
+}
+
+/// Why a document of an index could not be had.
+#[derive(Debug)]
+struct Loss {
+    cause: String,
+    /// Whether that was for a reason that passes.
+    passes: bool,
 }
 
 /// What starts have told.
@@ -107,8 +116,10 @@ pub struct Scene<S> {
     manifest: Manifest,
     /// Pages and chunks that were read.
     index: Mutex<HashMap<BlobName, Arc<dyn Any + Send + Sync>>>,
-    /// Those that could not be had, and why.
-    lost: Mutex<HashMap<BlobName, String>>,
+    /// Those that could not be had.
+    lost: Mutex<HashMap<BlobName, Loss>>,
+    /// Whether they are not asked for again either where they failed for a reason that passes.
+    gives_up: bool,
     started: Mutex<Started>,
     models: Mutex<HashMap<ModelId, Arc<Model>>>,
     /// Models of which populations have told: they can be grown, and nobody knows how else they can be drawn.
@@ -121,6 +132,13 @@ impl<S: ByteSource> Scene<S> {
     #[must_use]
     pub fn pointer(&self) -> &Pointer {
         &self.pointer
+    }
+
+    /// The same scene for who goes on at once without what its source does not bring: a document of the index that could not be had is
+    /// not asked for again, whatever the reason. Otherwise one that failed for a reason that passes is, each time.
+    #[must_use]
+    pub fn giving_up(self) -> Self {
+        Self { gives_up: true, ..self }
     }
 
     /// Whether the scene is still published in this revision.
@@ -323,7 +341,13 @@ impl<S: ByteSource> Scene<S> {
         self.lost.lock().await.clear();
     }
 
-    /// A document of an index, fetched once; what is not there, or damaged, is not asked for again either.
+    /// Asks again for what could not be had for a reason that passes.
+    pub(crate) async fn forgive_what_passes(&self) {
+        self.lost.lock().await.retain(|_, loss| !loss.passes);
+    }
+
+    /// A document of an index, fetched once; what is not there, or damaged, is not asked for again either, and with
+    /// [`Scene::giving_up`] nothing is that failed.
     pub(crate) async fn indexed<T: DeserializeOwned + Send + Sync + 'static>(
         &self,
         name: &BlobName,
@@ -340,8 +364,9 @@ impl<S: ByteSource> Scene<S> {
         if let Some(Ok(document)) = known.map(Arc::downcast) {
             return Ok(document);
         }
-        if let Some(cause) = self.lost.lock().await.get(name) {
-            return Err(Error::GivenUp { cause: cause.clone() });
+        if let Some(Loss { cause, passes }) = self.lost.lock().await.get(name) {
+            let (cause, passes) = (cause.clone(), *passes);
+            return Err(Error::GivenUp { cause, passes });
         }
         let came = self.blob(name).await;
         match came.and_then(|bytes| read(&bytes)) {
@@ -351,8 +376,13 @@ impl<S: ByteSource> Scene<S> {
                 Ok(read)
             }
             Err(cause) => {
-                if cause.is_final() {
-                    self.lost.lock().await.insert(name.clone(), cause.to_string());
+                let passes = cause.passes();
+                if self.gives_up || !passes {
+                    let loss = Loss {
+                        cause: cause.to_string(),
+                        passes,
+                    };
+                    self.lost.lock().await.insert(name.clone(), loss);
                 }
                 Err(cause)
             }

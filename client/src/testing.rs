@@ -1,6 +1,12 @@
 //! Scenes for tests: a pointer, a manifest, and what one puts beside them.
 
-use std::{collections::HashMap, sync::Mutex};
+use std::{
+    collections::HashMap,
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, AtomicU32, Ordering},
+    },
+};
 
 use belvedere_scene::{
     BlobName, SceneName,
@@ -28,24 +34,36 @@ pub(crate) struct Bare {
 
 impl Bare {
     pub(crate) fn new() -> Self {
+        Self::mapped(&json!([]))
+    }
+
+    /// The same with one cell or more, of which only a page knows, which may be [put beside](Bare::with) or not.
+    pub(crate) fn mapped_by(page: &BlobName) -> Self {
+        let bounds = json!({"min": [0, 0, 0], "max": [1, 1, 1]});
+        Self::mapped(&json!([{"kind": "chunk", "url": page, "bytes": 1, "first": 0, "count": 1, "bounds": bounds}]))
+    }
+
+    fn mapped(cells: &serde_json::Value) -> Self {
         let bounds = json!({"min": [0, 0, 0], "max": [1, 1, 1]});
         let [nothing, root] = [json!({}), json!({"entries": []})];
+        let viewpoints =
+            json!([{"name": "inside", "position": [0.5, 0.5, 0.5], "orientation": [0, 0, 0, 1], "cell": "c0"}]);
         let manifest = json!({
             "format": belvedere_scene::manifest::FORMAT, "title": "Bare", "bounds": bounds, "up": "+Y", "unit": "m",
-            "counts": {"cells": 0, "objects": 0, "models": 0, "triangles": 0}, "bytes": nothing, "viewpoints": [],
+            "counts": {"cells": 0, "objects": 0, "models": 0, "triangles": 0}, "bytes": nothing, "viewpoints": viewpoints,
             "visibility": {"method": "portals", "guarantee": "conservative", "mean_visible": 0, "mean_seen": 0,
                 "mean_not_hidden": null, "reason": "none"},
             "occluders": null,
             "records": {"records": 0, "record_bytes": 0, "record_set_bytes": 0, "hybrid_set_bytes": 0, "steps": 0,
                 "step_bytes": 0, "step_set_bytes": 0},
-            "cells": root, "objects": root, "models": root, "whole": null,
+            "cells": {"entries": cells}, "objects": root, "models": root, "whole": null,
         });
         let manifest = Bytes::from(manifest.to_string());
         let name = BlobName::of(&manifest, "json").expect("a name");
         let pointer = json!({
             "scene": "bare", "title": "Bare", "revision": "0011223344556677",
             "manifest": name, "bounds": bounds, "up": "+Y", "unit": "m",
-            "cells": 0, "objects": 0, "models": 0, "triangles": 0, "bytes": nothing, "viewpoints": [],
+            "cells": 0, "objects": 0, "models": 0, "triangles": 0, "bytes": nothing, "viewpoints": viewpoints,
         });
         let bare = Self {
             pointer: Bytes::from(pointer.to_string()),
@@ -79,6 +97,63 @@ impl ByteSource for Bare {
         known.ok_or_else(|| Error::Missing(path.to_owned()))
     }
 }
+
+/// A tree whose map of cells is one page that fails in its way until all is well.
+pub(crate) struct Faulty {
+    tree: Bare,
+    page: String,
+    fault: fn(&BlobName) -> Error,
+    pub(crate) is_well: AtomicBool,
+    asked: AtomicU32,
+}
+
+impl Faulty {
+    pub(crate) fn new(fault: fn(&BlobName) -> Error) -> Self {
+        let content = r#"{"cells": []}"#;
+        let page = BlobName::of(content.as_bytes(), "json").expect("a name");
+        Self {
+            tree: Bare::mapped_by(&page).with(&page, content),
+            page: page.url(),
+            fault,
+            is_well: AtomicBool::new(false),
+            asked: AtomicU32::new(0),
+        }
+    }
+
+    /// How often the page was asked for.
+    pub(crate) fn asked(&self) -> u32 {
+        self.asked.load(Ordering::Relaxed)
+    }
+}
+
+impl ByteSource for Faulty {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        if path == self.page {
+            self.asked.fetch_add(1, Ordering::Relaxed);
+            if !self.is_well.load(Ordering::Relaxed) {
+                let page = BlobName::from_url(path).expect("a name");
+                return Err((self.fault)(&page));
+            }
+        }
+        self.tree.get(path).await
+    }
+}
+
+/// Every way in which a page may not come, each time it is asked for.
+pub(crate) const FAULTS: [fn(&BlobName) -> Error; 5] = [
+    |page| Error::Missing(page.url()),
+    |page| Error::Corrupt(page.clone()),
+    |page| Error::Garbled {
+        path: page.url(),
+        cause: "its gzip does not unpack".to_owned(),
+    },
+    |page| silence(&page.url()),
+    |page| Error::Length {
+        path: page.url(),
+        found: 1,
+        expected: 2,
+    },
+];
 
 /// Opens the scene of a source in front of such a tree.
 pub(crate) async fn open<S: ByteSource>(source: S) -> Scene<S> {

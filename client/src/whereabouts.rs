@@ -53,15 +53,17 @@ impl<S: ByteSource> Scene<S> {
         }
     }
 
-    /// The same for who goes on whatever is lost: `from` the cell where one was, or the beginning, as [`Scene::begin`] has it.
+    /// The same for who goes on whatever is lost: `from` the cell where one was, or the beginning, as [`Scene::begin`] has it. Who
+    /// `waits` for what may come later hears of that instead.
     ///
     /// # Errors
-    /// When a part of the index does not come now and may come later.
+    /// When a part of the index does not come now and may come later, for who waits.
     pub(crate) async fn whereabouts(
         &self,
         from: Option<&CellEntry>,
         point: [f64; 3],
         grows: bool,
+        waits: bool,
     ) -> Result<Whereabouts, Error> {
         let known = match from.filter(|from| from.cell != NOWHERE) {
             Some(from) => self.step(from, point).await,
@@ -80,7 +82,7 @@ impl<S: ByteSource> Scene<S> {
             let Err(cause) = self.answer(&mut search, &entry).await else {
                 continue;
             };
-            if !cause.is_final() {
+            if waits && cause.passes() {
                 return Err(cause);
             }
             search.lose();

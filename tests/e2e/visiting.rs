@@ -227,6 +227,11 @@ fn a_walk_without_a_map_of_cells_goes_on_and_does_not_count_as_whole() {
     // All is there, and nobody knows whether that is all.
     assert!(lost["came"]["packs"]["bytes"].as_u64() > Some(0), "{lost}");
     assert_eq!(lost["convergence_s"], Value::Null, "{lost}");
+    let message = data.fails(&["walk", tree.to_str().expect("UTF-8"), "--scene", "rooms"]);
+    assert!(
+        message.contains("no way can be made up; give one with --script"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -111,7 +111,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
     pub fn new(scene: Scene<S>, options: ExplorerOptions) -> Self {
         let (tell, told) = mpsc::unbounded_channel();
         Self {
-            scene: Arc::new(scene),
+            scene: Arc::new(scene.giving_up()),
             options,
             atlas: Atlas::default(),
             asked: HashSet::new(),
@@ -155,8 +155,8 @@ impl<S: ByteSource + 'static> Explorer<S> {
 
     /// Looks in which cell the eye is, and reads of it.
     async fn find(&mut self, eye: Eye) {
-        let grows = self.options.rules;
-        match self.scene.whereabouts(self.at.as_ref(), eye.position, grows).await {
+        let (from, grows, waits) = (self.at.as_ref(), self.options.rules, self.options.recovers);
+        match self.scene.whereabouts(from, eye.position, grows, waits).await {
             Ok(whereabouts) => {
                 let entry = whereabouts.cell;
                 self.events.extend(whereabouts.failures.into_iter().map(Event::Problem));
@@ -171,8 +171,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
             }
             Err(cause) => {
                 self.is_astray = true;
+                self.recovery.note(&cause, |losses| losses.is_astray = true);
                 if !matches!(cause, Error::GivenUp { .. }) {
-                    self.lose(cause, |losses| losses.is_astray = true);
+                    self.events.push(Event::Problem(cause));
                 }
             }
         }
@@ -278,6 +279,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         }: Losses,
     ) {
         self.planner.residency.forgive(&files);
+        self.scene.forgive_what_passes().await;
         for cell in cells {
             self.unfound.remove(&cell);
             self.asked.insert(cell);

@@ -23,6 +23,8 @@ mod metered;
 pub mod outcome;
 pub mod ramble;
 pub mod script;
+#[cfg(test)]
+mod tests;
 mod visitor;
 
 pub use line::Line;
@@ -94,6 +96,6 @@ pub async fn walk<S: ByteSource>(
     settings: &TourSettings,
 ) -> Result<Tour, Error> {
     let client = Client::new(Metered::new(source));
-    let scene = client.open(scene).await?;
+    let scene = client.open(scene).await?.giving_up();
     Ok(Visitor::new(&scene, settings).walk(script).await)
 }

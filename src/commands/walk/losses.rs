@@ -2,6 +2,7 @@
 //! error: a broken tree takes its time, and so does a line on which nothing comes.
 
 use std::{
+    collections::BTreeSet,
     ops::Range,
     sync::{Arc, Mutex, MutexGuard},
     time::Duration,
@@ -25,25 +26,26 @@ pub(super) struct Counted<S> {
 struct Tally {
     asked: u64,
     answered: u64,
-    failed: u64,
+    /// Files that have failed, however often.
+    failed: BTreeSet<String>,
     first: String,
     /// How many had been answered, and had failed, when one looked last.
     answered_before: u64,
-    failed_before: u64,
+    failed_before: usize,
     silent_looks: u32,
 }
 
 impl Tally {
     /// What there is to say that was not said yet; to be asked after each pause.
     fn news(&mut self) -> Option<String> {
-        let failed_before = std::mem::replace(&mut self.failed_before, self.failed);
+        let failed_before = std::mem::replace(&mut self.failed_before, self.failed.len());
         let answered_before = std::mem::replace(&mut self.answered_before, self.answered);
         let waiting = self.asked - self.answered;
         let is_silent = waiting > 0 && self.answered == answered_before;
         self.silent_looks = if is_silent { self.silent_looks + 1 } else { 0 };
-        let Self { failed, first, .. } = self;
-        if *failed > failed_before {
-            let files = if *failed == 1 { "file has" } else { "files have" };
+        let (failed, first) = (self.failed.len(), &self.first);
+        if failed > failed_before {
+            let files = if failed == 1 { "file has" } else { "files have" };
             return Some(format!("{failed} {files} failed so far, first: {first}"));
         }
         is_silent.then(|| {
@@ -81,16 +83,16 @@ impl<S> Counted<S> {
         self.tally.lock().expect("nothing panics while it holds this lock")
     }
 
-    async fn count<T>(&self, answer: impl Future<Output = Result<T, Error>>) -> Result<T, Error> {
+    async fn count<T>(&self, path: &str, answer: impl Future<Output = Result<T, Error>>) -> Result<T, Error> {
         self.tally().asked += 1;
         let answer = answer.await;
         let mut tally = self.tally();
         tally.answered += 1;
         if let Err(cause) = &answer {
-            if tally.failed == 0 {
+            if tally.failed.is_empty() {
                 tally.first = cause.to_string();
             }
-            tally.failed += 1;
+            tally.failed.insert(path.to_owned());
         }
         drop(tally);
         answer
@@ -99,19 +101,19 @@ impl<S> Counted<S> {
 
 impl<S: ByteSource> ByteSource for Counted<S> {
     async fn get(&self, path: &str) -> Result<Bytes, Error> {
-        self.count(self.source.get(path)).await
+        self.count(path, self.source.get(path)).await
     }
 
     async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.count(self.source.get_carried(path)).await
+        self.count(path, self.source.get_carried(path)).await
     }
 
     async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.count(self.source.get_fresh(path)).await
+        self.count(path, self.source.get_fresh(path)).await
     }
 
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
-        self.count(self.source.get_range(path, range)).await
+        self.count(path, self.source.get_range(path, range)).await
     }
 
     fn offers_bundles(&self) -> bool {
@@ -137,7 +139,8 @@ mod tests {
             news().as_deref(),
             Some("1 file has failed so far, first: there is nothing at /a")
         );
-        assert_eq!(news(), None);
+        source.get("/a").await.unwrap_err();
+        assert_eq!(news(), None, "it is the same file");
         source.get("/b").await.unwrap_err();
         let said = news().unwrap();
         assert!(said.starts_with("2 files have failed so far, first: there is nothing at /a"));
@@ -151,7 +154,7 @@ mod tests {
             ended.await.expect("it is let go");
             Ok(())
         };
-        let mut waits = std::pin::pin!(source.count(waits));
+        let mut waits = std::pin::pin!(source.count("/a", waits));
         let soon = tokio::time::timeout(Duration::from_millis(1), &mut waits).await;
         assert!(soon.is_err());
         for seconds in [5, 10] {

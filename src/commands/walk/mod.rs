@@ -263,7 +263,7 @@ async fn scripts<S: ByteSource + Clone>(args: &Args, source: &S) -> anyhow::Resu
             .collect());
     }
     let scene = Client::new(source.clone()).open(&args.scene).await;
-    let scene = scene.with_context(|| cannot_open(args))?;
+    let scene = scene.with_context(|| cannot_open(args))?.giving_up();
     let speed_mps = args.speed.unwrap_or(WALKING_MPS);
     let manner = match args.way {
         MadeUp::Random => Manner::Wander,

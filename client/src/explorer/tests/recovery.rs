@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use super::*;
-use crate::testing::{packed, silence};
+use crate::testing::{FAULTS, Faulty, packed, silence};
 
 /// A tree whose server can be taken away.
 struct Shaky {
@@ -141,4 +141,35 @@ async fn who_has_gone_where_nobody_knows_hears_so_and_is_found_again() {
     explorer.advance().await.expect("it was told");
     while explorer.advance().await.is_some() {}
     assert!(!explorer.is_astray && !explorer.recovery.is_waiting());
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_page_of_the_map_that_does_not_come_is_not_asked_for_again_by_who_goes_on() {
+    for (fault, recovers) in FAULTS.into_iter().flat_map(|fault| [(fault, false), (fault, true)]) {
+        let mut explorer = explorer(Faulty::new(fault), u64::MAX).await;
+        explorer.options.recovers = recovers;
+        for step in 0..10 {
+            explorer.follow(Eye::at([f64::from(step), 0.0, 0.0])).await;
+        }
+        assert_eq!(explorer.scene.source().asked(), 1);
+        let told = explorer.advance().await.expect("it was told");
+        let told = told.iter().filter(|event| matches!(event, Event::Problem(_)));
+        assert!(told.count() > 0);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_page_of_the_map_comes_once_its_server_answers_again() {
+    let silent = |page: &BlobName| silence(&page.url());
+    let mut explorer = explorer(Faulty::new(silent), u64::MAX).await;
+    explorer.options.recovers = true;
+    explorer.follow(Eye::at([0.5; 3])).await;
+    explorer.advance().await.expect("it was told");
+    // Who finds the way back meanwhile, and loses it again, is waited for as well.
+    explorer.recovery.found();
+    explorer.follow(Eye::at([0.5; 3])).await;
+    assert!(explorer.is_astray && explorer.recovery.is_waiting());
+    explorer.scene.source().is_well.store(true, Ordering::Relaxed);
+    while explorer.advance().await.is_some() {}
+    assert_eq!((explorer.scene.source().asked(), explorer.is_astray), (2, false));
 }

@@ -50,10 +50,10 @@ impl<'s, S: ByteSource> Rambles<'s, S> {
     }
 
     /// One of them; another seed is another way, and the same gives the same. From a cell whose record cannot be had it goes
-    /// on next door, where both cells meet.
+    /// on next door, where both cells meet, and round what the index of a scene that is [giving up](Scene::giving_up) has lost.
     ///
     /// # Errors
-    /// When the index cannot be fetched or read.
+    /// With [`Error::Uncharted`] when the index leads to no cell at all.
     pub async fn script(&mut self, manner: Manner, seed: u64) -> Result<Script, Error> {
         let (rooms, start, long_m) = (&mut self.rooms, self.start, self.speed_mps * self.duration_s);
         let places = match manner {

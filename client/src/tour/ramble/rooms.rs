@@ -71,12 +71,20 @@ impl<'s, S: ByteSource> Rooms<'s, S> {
         }
     }
 
-    /// The cell at a place.
+    /// The cell at a place, or the nearest that is known.
     pub(super) async fn at(&mut self, place: [f64; 3]) -> Result<Arc<Room>, Error> {
-        let entry = self.scene.whereabouts(None, place, false).await?.cell;
+        let found = self.scene.whereabouts(None, place, false, false).await?;
+        let entry = found.cell;
+        if entry.cell == NOWHERE {
+            let cause = match found.failures.into_iter().next() {
+                Some(Error::Unmapped { cause }) => cause,
+                _ => "no cell was found".to_owned(),
+            };
+            return Err(Error::Uncharted { cause });
+        }
         match self.known.get(&entry.cell) {
             Some(room) => Ok(room.clone()),
-            None => self.read(entry).await,
+            None => Ok(self.read(entry).await),
         }
     }
 
@@ -85,34 +93,28 @@ impl<'s, S: ByteSource> Rooms<'s, S> {
         match self.known.get(&cell) {
             Some(room) => Ok(room.clone()),
             None => {
-                let entry = self.entry(cell).await?.ok_or(Error::NoCells)?;
-                self.read(entry).await
+                let entry = self.entry(cell).await.ok_or(Error::NoCells)?;
+                Ok(self.read(entry).await)
             }
         }
     }
 
     /// What the index knows of a cell, unless that is lost.
-    async fn entry(&self, cell: CellId) -> Result<Option<CellEntry>, Error> {
-        match self.scene.cell(cell).await {
-            Err(cause) if cause.is_final() => Ok(None),
-            entry => entry,
-        }
+    async fn entry(&self, cell: CellId) -> Option<CellEntry> {
+        self.scene.cell(cell).await.ok().flatten()
     }
 
-    async fn read(&mut self, entry: CellEntry) -> Result<Arc<Room>, Error> {
+    async fn read(&mut self, entry: CellEntry) -> Arc<Room> {
         let Bounds { min, max } = entry.bounds;
         let in_the_middle = |place| at_height(place, min[1], max[1], self.height_m);
-        let known = match entry.cell {
-            NOWHERE => None,
-            _ => self.scene.record(&entry).await.ok(),
-        };
+        let known = self.scene.record(&entry).await.ok();
         let middle = match &known {
             Some(record) => mean(&record.hull.points),
             None => entry.bounds.center(),
         };
         let mut next_door = Vec::with_capacity(entry.adjacent.len());
         for next in &entry.adjacent {
-            next_door.extend(self.entry(*next).await?);
+            next_door.extend(self.entry(*next).await);
         }
         let mut openings = match &known {
             Some(record) => self.openings(record),
@@ -127,7 +129,7 @@ impl<'s, S: ByteSource> Rooms<'s, S> {
         };
         let room = Arc::new(room);
         self.known.insert(room.entry.cell, room.clone());
-        Ok(room)
+        room
     }
 
     /// The openings of a cell that do not begin above one's eye, or all of them where all do.

@@ -113,7 +113,8 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         self.now_ms = self.now_ms.max(t_ms);
         let from = self.here.and_then(|here| self.atlas.place(here));
         let from = from.map(|place| &place.entry);
-        let found = self.scene.whereabouts(from, self.position, self.settings.rules).await;
+        let grows = self.settings.rules;
+        let found = self.scene.whereabouts(from, self.position, grows, false).await;
         let asked_ms = self.courier.charge(self.now_ms);
         let at = match found {
             Ok(whereabouts) => {
@@ -123,7 +124,6 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
                 }
                 whereabouts.cell
             }
-            Err(Error::GivenUp { .. }) => return,
             Err(cause) => return self.courier.tour.fail(cause),
         };
         if self.here == Some(at.cell) {
