@@ -25,7 +25,7 @@ struct File {
     bytes: u64,
     users: u32,
     last_used: u64,
-    /// The model that was drawn with it last.
+    /// The model that ceased last to be drawn with it.
     last_user: Option<ModelId>,
 }
 
@@ -320,7 +320,6 @@ impl Residency {
         for key in &files {
             if let Some(file) = self.files.get_mut(key) {
                 file.users += 1;
-                file.last_user = Some(model);
                 if self.gone_near.get(key) == Some(&model) {
                     self.gone_near.remove(key);
                     self.evictions.cycle_files += 1;
@@ -374,10 +373,7 @@ impl Residency {
             let Some(file) = self.files.get_mut(key) else { continue };
             file.users -= 1;
             file.last_used = self.uses;
-            // What others are still drawn with goes with one of them.
-            if file.users > 0 && file.last_user == Some(model) {
-                file.last_user = user_of(&self.models, *key, model);
-            }
+            file.last_user = Some(model);
         }
     }
 
@@ -391,16 +387,6 @@ impl Residency {
             self.gone_near.insert(name, model);
         }
     }
-}
-
-/// A model that is drawn with a file, this one if it still is.
-fn user_of(models: &HashMap<ModelId, Resident>, file: Key, last: ModelId) -> Option<ModelId> {
-    let users = models
-        .iter()
-        .filter(|(_, resident)| resident.files().any(|key| *key == file));
-    users
-        .map(|(model, _)| *model)
-        .min_by_key(|model| (*model != last, *model))
 }
 
 impl Stock for Residency {
