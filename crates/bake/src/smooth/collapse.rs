@@ -198,8 +198,10 @@ impl<'a> Work<'a> {
         self.live.retain(|&v| !self.is_gone[v as usize]);
         let triangles = &self.triangles;
         self.alive.retain(|&t| !is_degenerate(triangles[t as usize]));
-        deviations.sort_unstable_by(f64::total_cmp);
-        pass.deviation = deviations.get(deviations.len() * 9 / 10).copied().unwrap_or_default();
+        if !deviations.is_empty() {
+            let nine_tenths = deviations.len() * 9 / 10;
+            pass.deviation = *deviations.select_nth_unstable_by(nine_tenths, f64::total_cmp).1;
+        }
         pass
     }
 
