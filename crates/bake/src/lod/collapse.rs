@@ -331,14 +331,14 @@ fn first_equal_vertices(primitive: &Primitive) -> Vec<u32> {
         + if primitive.tangents.is_empty() { 0 } else { 4 }
         + if primitive.colors.is_empty() { 0 } else { 4 }
         + 2 * primitive.uvs.iter().filter(|set| !set.is_empty()).count();
-    let mut words: Vec<u32> = Vec::with_capacity(stride * count);
-    for v in 0..count {
-        let mut push = |values: Option<&[f32]>| words.extend(values.into_iter().flatten().map(|x| (x + 0.0).to_bits()));
-        push(Some(&primitive.positions[v]));
-        push(primitive.normals.get(v).map(|x| &x[..]));
-        push(primitive.tangents.get(v).map(|x| &x[..]));
-        push(primitive.colors.get(v).map(|x| &x[..]));
-        primitive.uvs.iter().for_each(|set| push(set.get(v).map(|x| &x[..])));
+    let mut words = vec![0; stride * count];
+    let mut first = 0;
+    write_columns(&mut words, stride, &mut first, &primitive.positions);
+    write_columns(&mut words, stride, &mut first, &primitive.normals);
+    write_columns(&mut words, stride, &mut first, &primitive.tangents);
+    write_columns(&mut words, stride, &mut first, &primitive.colors);
+    for set in &primitive.uvs {
+        write_columns(&mut words, stride, &mut first, set);
     }
     let row = |v: u32| &words[v as usize * stride..][..stride];
     // Equal rows have equal digests, which are quicker to sort.
@@ -354,6 +354,19 @@ fn first_equal_vertices(primitive: &Primitive) -> Vec<u32> {
         }
     }
     first
+}
+
+/// Writes values into rows of so many words, from the `first` column on, which goes behind them; equal values as equal words.
+fn write_columns<const N: usize>(words: &mut [u32], stride: usize, first: &mut usize, values: &[[f32; N]]) {
+    if values.is_empty() {
+        return;
+    }
+    for (row, values) in words.chunks_exact_mut(stride).zip(values) {
+        for (word, value) in row[*first..].iter_mut().zip(values) {
+            *word = (value + 0.0).to_bits();
+        }
+    }
+    *first += N;
 }
 
 /// Mixes words, each by a multiplication and a rotation.
