@@ -288,7 +288,8 @@ impl Script for Undo<'_> {
             .find(|&side| self.corners[source][side] == source_vertex)
             .unwrap_or(0);
         let wanted = self.mesh.corners[source][side];
-        let found = if self.mesh.triangles[source][side] == source_vertex {
+        let is_home = self.mesh.triangles[source][side] == source_vertex;
+        let found = if is_home {
             present
                 .iter()
                 .position(|&wedge| self.source_wedge[wedge as usize] == wanted)
@@ -298,9 +299,10 @@ impl Script for Undo<'_> {
             (0..present.len()).min_by_key(|&i| distance(present[i]))
         };
         if found.is_none() {
-            let own = self.wedges.of_vertex(source_vertex);
-            let nearest = own.iter().copied().min_by_key(|&wedge| self.distance(wedge, wanted));
-            self.source_wedge.push(nearest.unwrap_or(wanted));
+            let own = self.wedges.of_vertex(source_vertex).iter().copied();
+            let nearest = || own.min_by_key(|&wedge| self.distance(wedge, wanted));
+            let wedge = if is_home { Some(wanted) } else { nearest() };
+            self.source_wedge.push(wedge.unwrap_or(wanted));
         }
         found
     }
