@@ -1,9 +1,10 @@
 //! In what order are things with numbers? Sorted digit by digit, last digit first (Knuth, *The art of computer
-//! programming* 3, §5.2.5): a few passes through memory, whatever the numbers are.
+//! programming* 3, §5.2.5): a few passes through memory, whatever the numbers are. Three digits below the first bit in which
+//! numbers differ tell nearly all apart; the few that they do not are compared.
 
 /// Bits of a digit: as many as keep the counts in the first cache.
 const DIGIT_BITS: u32 = 11;
-const DIGITS: usize = 64usize.div_ceil(DIGIT_BITS as usize);
+const DIGITS: u32 = 3;
 const VALUES: usize = 1 << DIGIT_BITS;
 /// Fewer rows are sorted sooner by comparing them.
 const LEAST_ROWS: usize = 2048;
@@ -14,8 +15,11 @@ pub(crate) fn sort(rows: &mut Vec<(u64, u32)>) {
         rows.sort_unstable();
         return;
     }
-    let digit = |number: u64, place: usize| (number >> (DIGIT_BITS as usize * place)) as usize & (VALUES - 1);
-    let mut counts = vec![[0u32; VALUES]; DIGITS];
+    let first = rows[0].0;
+    let differing = rows.iter().fold(0, |all, (number, _)| all | (number ^ first));
+    let lowest = (u64::BITS - differing.leading_zeros()).saturating_sub(DIGITS * DIGIT_BITS);
+    let digit = |number: u64, place: usize| (number >> (lowest + DIGIT_BITS * place as u32)) as usize & (VALUES - 1);
+    let mut counts = [[0u32; VALUES]; DIGITS as usize];
     for (number, _) in rows.iter() {
         for (place, counts) in counts.iter_mut().enumerate() {
             counts[digit(*number, place)] += 1;
@@ -23,7 +27,7 @@ pub(crate) fn sort(rows: &mut Vec<(u64, u32)>) {
     }
     let mut sorted = vec![(0, 0); rows.len()];
     for (place, counts) in counts.iter_mut().enumerate() {
-        if counts[digit(rows[0].0, place)] as usize == rows.len() {
+        if counts[digit(first, place)] as usize == rows.len() {
             continue;
         }
         let mut next = 0;
@@ -36,6 +40,10 @@ pub(crate) fn sort(rows: &mut Vec<(u64, u32)>) {
             *place += 1;
         }
         std::mem::swap(rows, &mut sorted);
+    }
+    if lowest > 0 {
+        let alike = rows.chunk_by_mut(|a, b| a.0 >> lowest == b.0 >> lowest);
+        alike.filter(|alike| alike.len() > 1).for_each(<[_]>::sort_unstable);
     }
 }
 

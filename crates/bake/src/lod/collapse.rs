@@ -13,9 +13,9 @@
 use std::collections::BTreeSet;
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::groups::Groups;
+use crate::lod::equal::{digest, first_equal, first_equal_vertices};
 use crate::lod::octree::Clusters;
 use crate::radix;
 use crate::source::{Primitive, Topology};
@@ -47,6 +47,14 @@ struct Key {
     /// Primitives of different materials have no doublets in common.
     material: Option<usize>,
     mirrored: bool,
+}
+
+impl Key {
+    fn digest(&self) -> u64 {
+        let [a, b, c] = self.corners;
+        let material = self.material.map_or(0, |material| material as u32 + 1);
+        digest(&[a, b, c, material, self.topology as u32, u32::from(self.mirrored)])
+    }
 }
 
 /// One shape of the source and what it became.
@@ -147,16 +155,15 @@ impl<'a> SourceShapes<'a> {
                 origin += 1;
             }
         }
-        images.par_sort_unstable_by_key(|i| (i.key, i.origin));
-        images.dedup_by_key(|i| i.key);
-        let mut reduced = without_edges(reduced, &images);
-        reduced.par_sort_unstable_by_key(|i| (i.key, i.origin));
-        reduced.dedup_by_key(|i| i.key);
         // A line of the source that is there anyway comes first.
-        reduced.retain(|i| images.binary_search_by_key(&i.key, |image| image.key).is_err());
-        images.extend(reduced);
-        images.par_sort_unstable_by_key(|i| i.origin);
-        images
+        images.extend(without_edges(reduced, &images));
+        let key = |image: u32| images[image as usize].key;
+        let first = first_equal(images.len(), |image| key(image).digest(), key);
+        let kept = images.into_iter().zip(first).zip(0..);
+        let kept = kept.filter_map(|((image, first), number)| (first == number).then_some(image));
+        let mut kept: Vec<Image> = kept.collect();
+        kept.sort_by_key(|i| i.origin);
+        kept
     }
 
     /// For each vertex of a primitive, the vertex whose attributes it takes: of its attribute group the one nearest to
@@ -286,18 +293,21 @@ fn assemble(source: &Primitive, clusters: &Clusters, p: usize, givers: &[u32], i
     // A giver stands for one cluster and one set of attributes.
     let corners: Vec<u32> = corners.map(|v| givers[v as usize]).collect();
     let position = |v: u32| clusters.representatives[clusters.of_vertex[p][v as usize] as usize];
-    let mut vertices = corners.clone();
-    vertices.sort_unstable();
-    vertices.dedup();
+    let mut is_giver = vec![false; source.positions.len()];
+    corners.iter().for_each(|&v| is_giver[v as usize] = true);
+    let vertices: Vec<u32> = (0..).zip(is_giver).filter_map(|(v, is)| is.then_some(v)).collect();
     let loose = gather(source, topology, &vertices, position);
     let equal = first_equal_vertices(&loose);
     let unique: Vec<u32> = (0..vertices.len() as u32).filter(|&v| equal[v as usize] == v).collect();
     let mut primitive = gather(&loose, topology, &unique, |v| loose.positions[v as usize]);
-    let rank = |v: &u32| {
-        let row = vertices.partition_point(|giver| giver < v);
-        unique.partition_point(|first| *first < equal[row]) as u32
-    };
-    primitive.indices = corners.par_iter().map(rank).collect();
+    let mut numbers = vec![0; source.positions.len()];
+    for (number, &first) in (0..).zip(&unique) {
+        numbers[vertices[first as usize] as usize] = number;
+    }
+    for (&vertex, &first) in vertices.iter().zip(&equal) {
+        numbers[vertex as usize] = numbers[vertices[first as usize] as usize];
+    }
+    primitive.indices = corners.iter().map(|&v| numbers[v as usize]).collect();
     primitive
 }
 
@@ -321,46 +331,6 @@ fn gather(source: &Primitive, topology: Topology, vertices: &[u32], position: im
         colors: pick(&source.colors, vertices),
         indices: Vec::new(),
     }
-}
-
-/// For each vertex the first one that is equal in everything.
-fn first_equal_vertices(primitive: &Primitive) -> Vec<u32> {
-    let count = primitive.positions.len();
-    let stride = 3
-        + if primitive.normals.is_empty() { 0 } else { 3 }
-        + if primitive.tangents.is_empty() { 0 } else { 4 }
-        + if primitive.colors.is_empty() { 0 } else { 4 }
-        + 2 * primitive.uvs.iter().filter(|set| !set.is_empty()).count();
-    let mut words: Vec<u32> = Vec::with_capacity(stride * count);
-    for v in 0..count {
-        let mut push = |values: Option<&[f32]>| words.extend(values.into_iter().flatten().map(|x| (x + 0.0).to_bits()));
-        push(Some(&primitive.positions[v]));
-        push(primitive.normals.get(v).map(|x| &x[..]));
-        push(primitive.tangents.get(v).map(|x| &x[..]));
-        push(primitive.colors.get(v).map(|x| &x[..]));
-        primitive.uvs.iter().for_each(|set| push(set.get(v).map(|x| &x[..])));
-    }
-    let row = |v: u32| &words[v as usize * stride..][..stride];
-    // Equal rows have equal digests, which are quicker to sort.
-    let mut order: Vec<(u64, u32)> = (0..count as u32).map(|v| (digest(row(v)), v)).collect();
-    radix::sort(&mut order);
-    let mut first = vec![0; count];
-    for alike in order.chunk_by_mut(|a, b| a.0 == b.0) {
-        if alike.iter().any(|(_, v)| row(*v) != row(alike[0].1)) {
-            alike.sort_unstable_by(|(_, a), (_, b)| row(*a).cmp(row(*b)).then(a.cmp(b)));
-        }
-        for equal in alike.chunk_by(|(_, a), (_, b)| row(*a) == row(*b)) {
-            equal.iter().for_each(|(_, v)| first[*v as usize] = equal[0].1);
-        }
-    }
-    first
-}
-
-/// Mixes words, each by a multiplication and a rotation.
-fn digest(words: &[u32]) -> u64 {
-    words.iter().fold(0, |mixed: u64, &word| {
-        (mixed.rotate_left(29) ^ u64::from(word)).wrapping_mul(0x9e37_79b9_7f4a_7c15)
-    })
 }
 
 /// The axis and sign of the largest component: one of six, stable under noise for walls and floors.

@@ -7,7 +7,7 @@
 //!
 //! * `octree` over `representative` and `ancestry`, and `reduction`: Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2: which
 //!   vertices fall together. Robust on anything: soup, doublets, non-manifold edges, points and lines.
-//! * `collapse`: from clusters to a mesh; what becomes of triangles, lines, points and of the corners' attributes.
+//! * `collapse` over `equal`: from clusters to a mesh; what becomes of triangles, lines, points and of the corners' attributes.
 //! * `quadric`: edge collapses along the surface, finer where surfaces are whole.
 //! * `generate`: a mesh for each number of shapes, by one of the two or by whichever is nearer to the source. What an
 //!   author made coarser is measured like these, and taken where nothing that takes fewer bytes is as near.
@@ -17,6 +17,7 @@
 mod ancestry;
 mod clean;
 mod collapse;
+mod equal;
 pub mod error;
 pub mod generate;
 pub mod join;

@@ -118,14 +118,17 @@ impl Octree {
     /// Sorts vertices into points; gives the codes of the free ones, and how many vertices each has.
     fn enter(&mut self, primitives: &[Primitive], root: &RootCube, locked: &Locked) -> (Vec<u64>, Vec<u32>) {
         // Vertices of all primitives are numbered on.
-        let mut vertices: Vec<(u32, u32)> = Vec::new();
-        let mut rows: Vec<(u64, u32)> = Vec::new();
+        let most = primitives.iter().map(|p| p.positions.len()).sum();
+        let mut vertices: Vec<(u32, u32)> = Vec::with_capacity(most);
+        let mut positions: Vec<[u32; 3]> = Vec::with_capacity(most);
+        let mut rows: Vec<(u64, u32)> = Vec::with_capacity(most);
         let mut stay: Vec<([u32; 3], u32)> = Vec::new();
         for (p, primitive) in primitives.iter().enumerate() {
             let used = used_vertices(primitive);
             for (v, &position) in primitive.positions.iter().enumerate().filter(|&(v, _)| used[v]) {
                 let number = vertices.len() as u32;
                 vertices.push((p as u32, v as u32));
+                positions.push(position_bits(position));
                 if locked.contains(position) {
                     stay.push((position_bits(position), number));
                 } else {
@@ -135,11 +138,9 @@ impl Octree {
         }
         radix::sort(&mut rows);
         stay.sort_unstable();
-        let bits = |number: u32| {
-            let (p, v) = vertices[number as usize];
-            position_bits(primitives[p as usize].positions[v as usize])
-        };
-        let (mut codes, mut counts) = (Vec::new(), Vec::new());
+        let bits = |number: u32| positions[number as usize];
+        self.points.reserve(most);
+        let (mut codes, mut counts) = (Vec::with_capacity(most), Vec::with_capacity(most));
         for same in rows.chunk_by_mut(|a, b| a.0 == b.0) {
             if same[1..].iter().any(|row| bits(row.1) != bits(same[0].1)) {
                 same.sort_unstable_by_key(|row| (bits(row.1), row.1));

@@ -114,8 +114,8 @@ impl ShapeTree {
             }
             if node >= self.leaves - 1 {
                 let first = (node - (self.leaves - 1)) * LEAF_SHAPES;
-                let members = self.order.iter().skip(first).take(LEAF_SHAPES);
-                for &shape in members {
+                let end = (first + LEAF_SHAPES).min(self.order.len());
+                for &shape in self.order.get(first..end).unwrap_or_default() {
                     let corners = &self.shapes[shape as usize];
                     // Most are far from what is nearest, which their boxes say at a fifth of the price.
                     if squared_to_bounds(middle, bounds(corners)) >= best_squared {
@@ -127,12 +127,12 @@ impl ShapeTree {
                     }
                 }
             } else {
-                let mut children =
-                    [2 * node + 1, 2 * node + 2].map(|child| (child, self.squared_to_box(middle, child)));
-                if children[0].1 < children[1].1 {
-                    children.swap(0, 1);
-                }
-                for child in children {
+                let (left, right) = (2 * node + 1, 2 * node + 2);
+                let left = (left, self.squared_to_box(middle, left));
+                let right = (right, self.squared_to_box(middle, right));
+                // The nearer one is looked at first.
+                let (near, far) = if left.1 < right.1 { (left, right) } else { (right, left) };
+                for child in [far, near] {
                     if child.1 < best_squared {
                         stack[height] = child;
                         height += 1;
@@ -147,6 +147,7 @@ impl ShapeTree {
     }
 
     /// No shape in a node is nearer than the root of this.
+    #[inline(always)]
     fn squared_to_box(&self, point: DVec3, node: usize) -> f64 {
         squared_to_bounds(point, self.boxes[node])
     }
@@ -157,6 +158,7 @@ fn bounds(&[a, b, c]: &Corners) -> (DVec3, DVec3) {
     (a.min(b).min(c), a.max(b).max(c))
 }
 
+#[inline(always)]
 fn squared_to_bounds(point: DVec3, (min, max): (DVec3, DVec3)) -> f64 {
     (min - point).max(point - max).max(DVec3::ZERO).length_squared()
 }

@@ -82,6 +82,8 @@ struct Work<'a> {
     triangles: Vec<[u32; 3]>,
     alive: Vec<u32>,
     live: Vec<u32>,
+    /// Live vertices in Morton order, made when one has no triangles left.
+    row: Vec<u32>,
     quadrics: Vec<Quadric>,
     /// Where in `corners` those of a live vertex begin and end, as of the beginning of the pass.
     stars: Vec<(u32, u32)>,
@@ -147,6 +149,7 @@ impl<'a> Work<'a> {
             triangles: mesh.triangles.clone(),
             alive: (0..mesh.triangles.len() as u32).collect(),
             live: (0..count as u32).collect(),
+            row: Vec::new(),
             stars: vec![(0, 0); count],
             corners: Vec::new(),
             is_locked: vec![false; count],
@@ -198,8 +201,10 @@ impl<'a> Work<'a> {
         self.live.retain(|&v| !self.is_gone[v as usize]);
         let triangles = &self.triangles;
         self.alive.retain(|&t| !is_degenerate(triangles[t as usize]));
-        deviations.sort_unstable_by(f64::total_cmp);
-        pass.deviation = deviations.get(deviations.len() * 9 / 10).copied().unwrap_or_default();
+        if !deviations.is_empty() {
+            let nine_tenths = deviations.len() * 9 / 10;
+            pass.deviation = *deviations.select_nth_unstable_by(nine_tenths, f64::total_cmp).1;
+        }
         pass
     }
 
@@ -233,13 +238,13 @@ impl<'a> Work<'a> {
     }
 
     /// For each vertex the best collapse, by number of the vertex.
-    fn candidates(&self) -> Vec<Candidate> {
+    fn candidates(&mut self) -> Vec<Candidate> {
         let mut candidates = Vec::with_capacity(self.live.len());
-        let mut lone = Vec::new();
+        let mut has_lone = false;
         let mut around = Around::default();
         for &gone in &self.live {
             if self.corners_of(gone).is_empty() {
-                lone.push(gone);
+                has_lone = true;
                 continue;
             }
             self.find_facets(gone, &mut around.facets);
@@ -248,9 +253,8 @@ impl<'a> Work<'a> {
                 .or_else(|| self.best(gone, &mut around, false));
             candidates.extend(best);
         }
-        if !lone.is_empty() {
-            self.add_lone(&lone, &mut candidates);
-            candidates.sort_unstable_by_key(|candidate| candidate.gone);
+        if has_lone {
+            self.add_lone(&mut candidates);
         }
         candidates
     }
@@ -296,15 +300,20 @@ impl<'a> Work<'a> {
     }
 
     /// Vertices without triangles join the nearer of their neighbours in Morton order.
-    fn add_lone(&self, lone: &[u32], candidates: &mut Vec<Candidate>) {
-        let code = |v: u32| morton::code(self.mesh.positions[v as usize].map(|x| x as u64));
-        let mut row: Vec<(u64, u32)> = self.live.iter().map(|&v| (code(v), v)).collect();
-        row.sort_unstable();
-        for &gone in lone {
-            let key = (code(gone), gone);
-            let Ok(i) = row.binary_search(&key) else { continue };
+    fn add_lone(&mut self, candidates: &mut Vec<Candidate>) {
+        if self.row.is_empty() {
+            let code = |v: u32| morton::code(self.mesh.positions[v as usize].map(|x| x as u64));
+            let mut row: Vec<(u64, u32)> = self.live.iter().map(|&v| (code(v), v)).collect();
+            radix::sort(&mut row);
+            self.row = row.into_iter().map(|(_, v)| v).collect();
+        }
+        self.row.retain(|&v| !self.is_gone[v as usize]);
+        for (i, &gone) in self.row.iter().enumerate() {
+            if !self.corners_of(gone).is_empty() {
+                continue;
+            }
             let near = [i.checked_sub(1), Some(i + 1)];
-            let near = near.into_iter().flatten().filter_map(|i| row.get(i)).map(|&(_, v)| v);
+            let near = near.into_iter().flatten().filter_map(|i| self.row.get(i)).copied();
             let distance = |v: u32| self.positions[v as usize].distance_squared(self.positions[gone as usize]);
             if let Some(kept) = near.min_by(|&a, &b| distance(a).total_cmp(&distance(b))) {
                 candidates.push(Candidate {
@@ -315,6 +324,7 @@ impl<'a> Work<'a> {
                 });
             }
         }
+        candidates.sort_by_key(|candidate| candidate.gone);
     }
 
     /// The triangles around a vertex, as they are now.

@@ -26,13 +26,11 @@ mod weights;
 
 use belvedere_scene::smooth::Header;
 use belvedere_scene::smooth::geometry::USUAL_WEIGHTS;
-use belvedere_scene::smooth::rans::Writer;
 use belvedere_scene::smooth::replay::Replay;
 
 use collapse::ClusterTree;
 use quantise::QuantisedMesh;
 use script::Undo;
-use weights::Fit;
 
 /// The lattice of a pass is this much finer than what its collapses deviate.
 const LATTICE_SHARE: f64 = 0.25;
@@ -62,22 +60,13 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
     }
     let tree = collapse::cluster(mesh);
     let lacking = lattices(&tree, mesh.bits);
-    if mesh.positions.len() >= LEAST_FITTED {
-        let plain = Header {
-            channels: Vec::new(),
-            materials: 1,
-            ..header.clone()
-        };
-        let mut undo = Undo::new(mesh, &tree, &lacking);
-        undo.fit = Some(Fit::new());
-        Replay::new(&plain).rehearse(&mut undo);
-        header.weights = undo.fit.map_or(USUAL_WEIGHTS, |fit| fit.weights());
-    }
     let mut undo = Undo::new(mesh, &tree, &lacking);
-    let mut writer = Writer::default();
-    let marks = Replay::new(&header).write(&mut writer, &mut undo);
+    let draft = Replay::new(&header).draft(&mut undo);
     header.wedges = undo.source_wedge.len() as u32;
-    let (stream, ends) = writer.finish(&marks);
+    if mesh.positions.len() >= LEAST_FITTED {
+        header.weights = undo.fit.weights();
+    }
+    let (stream, ends) = draft.finish(&header.weights);
     header.total_bytes = (header.to_bytes().len() + stream.len()) as u32;
     header.cuts = cuts::choose(mesh, &header, &stream, &ends).expect("a decoder reads what was just written");
     let header_bytes = header.to_bytes().len() as u32;

@@ -36,14 +36,13 @@ pub(super) struct Undo<'a> {
     current: Option<&'a Collapse>,
     /// By stream wedge.
     pub(super) source_wedge: Vec<u32>,
-    /// By source vertex.
-    wedges_of: Vec<Vec<u32>>,
+    wedges: WedgesOfVertices,
     /// New triangles of the current split, by source triangle.
     newborn: Vec<(u32, Born)>,
     /// Of each of them, whether it was said already how it comes.
     is_explained: Vec<bool>,
-    /// Gathers what weights are fitted to, if wanted.
-    pub(super) fit: Option<Fit>,
+    /// Gathers what weights are fitted to.
+    pub(super) fit: Fit,
 }
 
 impl<'a> Undo<'a> {
@@ -51,15 +50,6 @@ impl<'a> Undo<'a> {
         let vertices = mesh.positions.len();
         let mut stream_vertex = vec![NONE; vertices];
         stream_vertex[tree.root as usize] = 0;
-        let mut wedges_of = vec![Vec::new(); if mesh.corners.is_empty() { 0 } else { vertices }];
-        for (triangle, corners) in mesh.triangles.iter().zip(&mesh.corners) {
-            for (&vertex, wedge) in triangle.iter().zip(corners) {
-                let own: &mut Vec<u32> = &mut wedges_of[vertex as usize];
-                if !own.contains(wedge) {
-                    own.push(*wedge);
-                }
-            }
-        }
         Self {
             mesh,
             tree,
@@ -76,10 +66,10 @@ impl<'a> Undo<'a> {
             splits: 0,
             current: None,
             source_wedge: Vec::new(),
-            wedges_of,
+            wedges: WedgesOfVertices::of(mesh),
             newborn: Vec::new(),
             is_explained: Vec::new(),
-            fit: None,
+            fit: Fit::new(),
         }
     }
 
@@ -161,6 +151,40 @@ impl<'a> Undo<'a> {
     }
 }
 
+/// Which wedges the corners at each source vertex have, triangle by triangle.
+struct WedgesOfVertices {
+    wedges: Vec<u32>,
+    /// Where in `wedges` those of a vertex begin; that of the last one ends where that of the vertex behind it would begin.
+    begins: Vec<u32>,
+}
+
+impl WedgesOfVertices {
+    fn of(mesh: &QuantisedMesh) -> Self {
+        let mut begins = vec![0; mesh.positions.len() + 1];
+        let corners = mesh.triangles.as_flattened().iter().zip(mesh.corners.as_flattened());
+        for (&vertex, _) in corners.clone() {
+            begins[vertex as usize] += 1;
+        }
+        let mut end = 0;
+        for begin in &mut begins {
+            end += *begin;
+            *begin = end;
+        }
+        let mut wedges = vec![0; end as usize];
+        for (&vertex, &wedge) in corners.rev() {
+            let begin = &mut begins[vertex as usize];
+            *begin -= 1;
+            wedges[*begin as usize] = wedge;
+        }
+        Self { wedges, begins }
+    }
+
+    fn of_vertex(&self, vertex: u32) -> &[u32] {
+        let begins = &self.begins[vertex as usize..];
+        &self.wedges[begins[0] as usize..begins[1] as usize]
+    }
+}
+
 impl Script for Undo<'_> {
     fn pass(&mut self) -> Option<u32> {
         for collapse in self
@@ -234,9 +258,7 @@ impl Script for Undo<'_> {
 
     fn position(&mut self, hood: &Hood, origin: [i32; 3]) -> [i32; 3] {
         let at = self.current.map_or(origin, |collapse| self.at(collapse.gone));
-        if let Some(fit) = &mut self.fit {
-            fit.add(hood, std::array::from_fn(|axis| at[axis] - origin[axis]));
-        }
+        self.fit.add(hood, std::array::from_fn(|axis| at[axis] - origin[axis]));
         at
     }
 
@@ -266,7 +288,8 @@ impl Script for Undo<'_> {
             .find(|&side| self.corners[source][side] == source_vertex)
             .unwrap_or(0);
         let wanted = self.mesh.corners[source][side];
-        let found = if self.mesh.triangles[source][side] == source_vertex {
+        let is_home = self.mesh.triangles[source][side] == source_vertex;
+        let found = if is_home {
             present
                 .iter()
                 .position(|&wedge| self.source_wedge[wedge as usize] == wanted)
@@ -276,9 +299,10 @@ impl Script for Undo<'_> {
             (0..present.len()).min_by_key(|&i| distance(present[i]))
         };
         if found.is_none() {
-            let own = &self.wedges_of[source_vertex as usize];
-            let nearest = own.iter().copied().min_by_key(|&wedge| self.distance(wedge, wanted));
-            self.source_wedge.push(nearest.unwrap_or(wanted));
+            let own = self.wedges.of_vertex(source_vertex).iter().copied();
+            let nearest = || own.min_by_key(|&wedge| self.distance(wedge, wanted));
+            let wedge = if is_home { Some(wanted) } else { nearest() };
+            self.source_wedge.push(wedge.unwrap_or(wanted));
         }
         found
     }

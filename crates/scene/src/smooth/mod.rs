@@ -10,7 +10,7 @@
 //!   what a writer brings.
 //! * [`split`], [`fan`] and [`change`]: what becomes of the triangles around a vertex that is split.
 //! * [`geometry`]: where the new vertex is. [`attributes`] and [`octahedron`]: what its corners look like.
-//! * [`mod@model`] and [`rans`]: how decisions become bits.
+//! * `model` and `rans`: how decisions become bits; [`draft`]: how a writer gets weights for where vertices are.
 //! * [`select`]: which triangles to draw from where.
 //!
 //! [`thesis`] reads the packets of the thesis itself.
@@ -20,14 +20,15 @@
 pub mod attributes;
 pub mod change;
 mod decoder;
+pub mod draft;
 pub mod fan;
 pub mod geometry;
 mod header;
 mod mesh;
-pub mod model;
+mod model;
 pub mod octahedron;
 mod pass;
-pub mod rans;
+mod rans;
 pub mod replay;
 mod residual;
 mod runs;

@@ -8,7 +8,7 @@ use super::rans::{CHANCE_BITS, Coder};
 
 /// Learns how likely a decision is.
 #[derive(Debug, Clone, Copy)]
-pub struct Bit {
+pub(super) struct Bit {
     /// Chance of a 0, in 1/2¹⁵.
     zero: u16,
     /// How often it was asked, up to [`Bit::SETTLED`].
@@ -56,7 +56,7 @@ const RATES: [u8; 33] = [
 /// Learns which of 16 symbols is likely. Aligned so that it is in one line of a cache.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
-pub struct Nibble {
+pub(super) struct Nibble {
     /// Chance of a symbol below the i-th, in 1/2¹⁵; the first is 0.
     below: [i16; 16],
     seen: u8,

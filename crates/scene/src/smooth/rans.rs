@@ -8,7 +8,11 @@
 //! Whoever codes with a [`Coder`] writes one function for both directions: each call is given what shall be written and
 //! gives what stands in the stream; a reader ignores what it is given.
 
+use std::ops::Range;
+
+use super::geometry::{Hood, Weights};
 use super::model::{Bit, Nibble};
+use super::residual::ResidualModels;
 
 /// Chances are in 1/2¹⁵.
 pub(super) const CHANCE_BITS: u32 = 15;
@@ -18,7 +22,7 @@ const LOWEST: u32 = 1 << 16;
 pub(super) const STATE_BYTES: usize = 8;
 
 /// Writes decisions, or reads them.
-pub trait Coder {
+pub(super) trait Coder: Sized {
     /// Whether it writes.
     const WRITES: bool;
     /// A decision. Gives the one that stands in the stream.
@@ -27,6 +31,18 @@ pub trait Coder {
     fn symbol(&mut self, model: &mut Nibble, symbol: usize) -> usize;
     /// A number of up to 15 bits that nothing is known of.
     fn raw(&mut self, bits: u32, value: u32) -> u32;
+    /// Where a new vertex is, from the old one, and which of its coordinates are those of vertices nearby.
+    #[inline(always)]
+    fn place(
+        &mut self,
+        models: &mut ResidualModels,
+        hood: &Hood,
+        weights: &Weights,
+        before: usize,
+        way: [i32; 3],
+    ) -> ([i32; 3], usize) {
+        models.code(self, hood, weights, before, way)
+    }
     /// Whether so many bytes have come, or all that will. Always when writing.
     fn has(&self, bytes: usize) -> bool;
     /// Whether what it gave cannot be believed, because the stream has not come so far. Never when writing.
@@ -35,21 +51,19 @@ pub trait Coder {
 
 /// Notes decisions and writes them when all are known.
 #[derive(Debug, Default)]
-pub struct Writer {
+pub(super) struct Writer {
     /// First chance and width of each decision.
     decisions: Vec<(u16, u16)>,
 }
 
 impl Writer {
     /// How many decisions there are.
-    #[must_use]
-    pub fn decisions(&self) -> usize {
+    pub(super) fn decisions(&self) -> usize {
         self.decisions.len()
     }
 
     /// The stream, and for each of `marks` (numbers of decisions, rising) how many bytes of it decide those.
-    #[must_use]
-    pub fn finish(self, marks: &[usize]) -> (Vec<u8>, Vec<usize>) {
+    pub(super) fn finish(self, marks: &[usize]) -> (Vec<u8>, Vec<usize>) {
         let mut words: Vec<u16> = Vec::new();
         let mut states = [LOWEST; 2];
         let mut words_behind = vec![0; marks.len()];
@@ -79,6 +93,12 @@ impl Writer {
         (bytes, ends)
     }
 
+    /// Notes some of another's decisions.
+    pub(super) fn copy(&mut self, from: &Self, decisions: Range<usize>) {
+        self.decisions.extend_from_slice(&from.decisions[decisions]);
+    }
+
+    #[inline(always)]
     fn note(&mut self, start: u32, width: u32) {
         self.decisions.push((start as u16, width as u16));
     }
@@ -87,6 +107,7 @@ impl Writer {
 impl Coder for Writer {
     const WRITES: bool = true;
 
+    #[inline(always)]
     fn bit(&mut self, model: &mut Bit, bit: bool) -> bool {
         let zero = model.chance_of_zero();
         if bit {
@@ -98,6 +119,7 @@ impl Coder for Writer {
         bit
     }
 
+    #[inline(always)]
     fn symbol(&mut self, model: &mut Nibble, symbol: usize) -> usize {
         let (start, width) = model.interval(symbol);
         self.note(start, width);
@@ -105,40 +127,10 @@ impl Coder for Writer {
         symbol
     }
 
+    #[inline(always)]
     fn raw(&mut self, bits: u32, value: u32) -> u32 {
         let shift = CHANCE_BITS - bits;
         self.note(value << shift, 1 << shift);
-        value
-    }
-
-    fn has(&self, _: usize) -> bool {
-        true
-    }
-
-    fn starved(&self) -> bool {
-        false
-    }
-}
-
-/// Writes nothing and learns nothing: for who goes through a stream to see what surrounds its vertices.
-#[derive(Debug)]
-pub(super) struct Rehearsal;
-
-impl Coder for Rehearsal {
-    const WRITES: bool = true;
-
-    #[inline(always)]
-    fn bit(&mut self, _: &mut Bit, bit: bool) -> bool {
-        bit
-    }
-
-    #[inline(always)]
-    fn symbol(&mut self, _: &mut Nibble, symbol: usize) -> usize {
-        symbol
-    }
-
-    #[inline(always)]
-    fn raw(&mut self, _: u32, value: u32) -> u32 {
         value
     }
 

@@ -6,13 +6,14 @@
 
 use super::attributes::{Attributes, Done};
 use super::change::Change;
+use super::draft::Draft;
 use super::fan::Star;
 use super::geometry::{Hood, Weights};
 use super::header::Header;
 use super::mesh::{Birth, Mesh};
 use super::model::Bit;
 use super::pass::PassModels;
-use super::rans::{Coder, Rehearsal, Writer};
+use super::rans::Coder;
 use super::residual::ResidualModels;
 use super::script::Script;
 use super::split::{Split, SplitModels};
@@ -127,32 +128,21 @@ impl Replay {
         }
     }
 
-    /// Goes through a whole stream as its writer. Gives the number of decisions after each pass.
+    /// Goes through a whole stream as its writer. What it tells does not depend on weights.
     ///
     /// # Panics
     /// When the script tells what no stream can hold.
-    pub fn write<S: Script>(&mut self, writer: &mut Writer, script: &mut S) -> Vec<usize> {
-        let mut marks = Vec::new();
-        self.tell(writer, script, |writer| marks.push(writer.decisions()));
-        marks
-    }
-
-    /// Goes through a whole stream without writing it, for what the script itself takes down.
-    ///
-    /// # Panics
-    /// When the script tells what no stream can hold.
-    pub fn rehearse<S: Script>(&mut self, script: &mut S) {
-        self.tell(&mut Rehearsal, script, |_| ());
-    }
-
-    fn tell<C: Coder, S: Script>(&mut self, coder: &mut C, script: &mut S, mut before_pass: impl FnMut(&C)) {
+    pub fn draft<S: Script>(mut self, script: &mut S) -> Draft {
+        let mut draft = Draft::default();
         while self.phase != Phase::End {
             if self.phase == Phase::Pass {
-                before_pass(coder);
+                draft.begin_pass();
             }
-            let done = self.advance(coder, Some(script));
+            let done = self.advance(&mut draft, Some(script));
             assert!(done.is_ok(), "the script tells what no stream can hold: {done:?}");
         }
+        draft.births = self.mesh.births;
+        draft
     }
 
     /// All vertices in the order of the tree.
@@ -296,8 +286,8 @@ impl Replay {
         let mut script = script;
         let given = script.as_mut().map_or([0; 3], |script| script.position(hood, origin));
         let before = usize::from(mesh.births[vertex as usize].shared);
-        let (step, shared) = self.models.residual.code(
-            coder,
+        let (step, shared) = coder.place(
+            &mut self.models.residual,
             hood,
             &self.weights,
             before,

@@ -106,14 +106,15 @@ impl Wedges {
         let own = mesh.valence(split.new);
         let shared = if is_usual { self.share(split.new, own) } else { 0 };
         for i in shared..self.questions.len() {
-            let Question { vertex, why, .. } = self.questions[i];
+            let Question { vertex, corner, why } = self.questions[i];
             let count = self.count_present(vertex);
             let rank = if is_usual || count == 0 {
                 0
             } else {
                 coder.symbol(&mut self.rank[why as usize][count.min(3)], 0).min(count)
             };
-            self.settle(mesh, self.questions[i], count, rank);
+            self.find_present(mesh, vertex, corner.0, rank + 1);
+            self.settle(self.questions[i], rank);
         }
     }
 
@@ -142,7 +143,7 @@ impl Wedges {
             self.find_present(mesh, vertex, corner.0, count);
             let rank = script.wedge(vertex, corner.0, &self.present).unwrap_or(count);
             self.answers.push((count, rank));
-            self.settle(mesh, question, count, rank);
+            self.settle(question, rank);
         }
         let is_usual = self.answers.iter().all(|&(_, rank)| rank == 0);
         coder.bit(&mut self.usual[seams], is_usual);
@@ -199,21 +200,18 @@ impl Wedges {
         seams
     }
 
-    /// Gives a corner the wedge of this rank: those of the corners nearest in its vertex's star come first.
-    fn settle(&mut self, mesh: &Mesh, question: Question, count: usize, rank: usize) {
+    /// Gives a corner the wedge of this rank among those that were just found to be present, or a new one.
+    fn settle(&mut self, question: Question, rank: usize) {
         let Question { vertex, corner, .. } = question;
         let (triangle, side, _) = corner;
-        let latest = self.latest[vertex as usize];
-        let wedge = if rank == count {
-            self.pending.push((NONE, NONE));
-            self.before.push(latest);
-            self.latest[vertex as usize] = self.before.len() as u32 - 1;
-            self.told + self.pending.len() as u32 - 1
-        } else if count == 1 {
-            latest
+        let wedge = if let Some(&present) = self.present.get(rank) {
+            present
         } else {
-            self.find_present(mesh, vertex, triangle, rank + 1);
-            self.present[rank]
+            let latest = &mut self.latest[vertex as usize];
+            self.pending.push((NONE, NONE));
+            self.before.push(*latest);
+            *latest = self.before.len() as u32 - 1;
+            self.told + self.pending.len() as u32 - 1
         };
         self.corners[triangle as usize][side] = wedge;
         if wedge >= self.told {
@@ -243,6 +241,12 @@ impl Wedges {
     /// latest first.
     fn find_present(&mut self, mesh: &Mesh, vertex: u32, triangle: u32, count: usize) {
         self.present.clear();
+        let latest = self.latest[vertex as usize];
+        // Nearly always there is one at most.
+        if self.before.get(latest as usize).is_none_or(|&before| before == NONE) {
+            self.add_present(latest);
+            return;
+        }
         let star = mesh.stars.of(mesh.points[vertex as usize].star);
         let mut behind = star.iter().position(|&t| t == triangle).unwrap_or(0);
         let mut ahead = behind + 1;
@@ -258,7 +262,7 @@ impl Wedges {
             }
         }
         // A wedge that no corner has at the moment may come back.
-        let mut wedge = self.latest[vertex as usize];
+        let mut wedge = latest;
         while wedge != NONE && self.present.len() < count {
             self.add_present(wedge);
             wedge = self.before[wedge as usize];
