@@ -46,7 +46,7 @@ use crate::{
 };
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 24;
+const BAKE_VERSION: u32 = 25;
 
 /// What to bake, and under which name.
 #[derive(Debug)]

@@ -151,17 +151,22 @@ impl Region {
     #[must_use]
     pub fn halves(&self) -> [Self; 2] {
         let axis = (self.max - self.min).max_position();
-        let middle = self.center()[axis];
+        self.cut(axis, self.center()[axis])
+    }
+
+    /// Two regions that together are all of it, cut across an axis at a place inside of it.
+    #[must_use]
+    pub fn cut(&self, axis: usize, at: f32) -> [Self; 2] {
         if !self.points.is_empty() {
-            let section = self.section(axis, middle);
+            let section = self.section(axis, at);
             return [1.0, -1.0].map(|side: f32| {
-                let beside = self.points.iter().filter(|p| side * (middle - p[axis]) > 0.0);
+                let beside = self.points.iter().filter(|p| side * (at - p[axis]) > 0.0);
                 Self::hull(beside.chain(&section).copied().collect())
             });
         }
         let (mut low, mut high) = (self.max, self.min);
-        low[axis] = middle;
-        high[axis] = middle;
+        low[axis] = at;
+        high[axis] = at;
         [Self::of_box(self.min, low), Self::of_box(high, self.max)]
     }
 

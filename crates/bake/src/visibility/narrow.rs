@@ -3,7 +3,8 @@
 //! A proof fails where openings are seen at a slant by some eyes, or where some of the object is seen past a jamb. So both ends
 //! are cut, coarse to fine, whichever is longer: eyes into halves of their region (the subcells of Cohen-Or & Zadicario,
 //! *Visibility streaming for network-based walkthroughs*, 1998), and what they look at into what of the object's surface lies in
-//! either half of its box ([`super::surface`]). The object is hidden when a proof holds for each pair of parts. What a proof
+//! either half of its box ([`super::surface`]). It also fails where eyes stand on both sides of a wall's plane, as around the corner
+//! of a house; so these are cut there first ([`Prover::astride`]). The object is hidden when a proof holds for each pair of parts. What a proof
 //! leaves open is narrow by then, and so is the way to it: a few rays between the two parts often find the sight line
 //! ([`Scout`]).
 //!
@@ -148,7 +149,10 @@ impl Question {
                 return Answer::Open;
             }
             self.cuts += 1;
-            if longest_m(&eye) >= longest_m(&target) {
+            if let Some((axis, at)) = prover.astride() {
+                self.pairs
+                    .extend(eye.cut(axis, at).map(|side| (side, Rc::clone(&part))));
+            } else if longest_m(&eye) >= longest_m(&target) {
                 self.pairs.extend(eye.halves().map(|half| (half, Rc::clone(&part))));
             } else {
                 let parts = part.halves().into_iter().filter(|half| !half.is_empty());
@@ -342,5 +346,28 @@ mod tests {
             }
         }
         assert!(hidden > 20 && seen > 5, "{hidden} hidden, {seen} seen");
+    }
+
+    #[test]
+    fn eyes_on_both_sides_of_a_facade_do_not_see_through_the_notch_at_its_corner() {
+        // Walls end where their middles meet, so that the corner outside lacks a square.
+        let mut builder = Builder::default();
+        builder.block("floor", [-0.5, -0.3, -0.5], [10.5, 0.0, 10.5]);
+        builder.block("roof", [-0.5, 3.0, -0.5], [10.5, 3.3, 10.5]);
+        for at in [0.0, 10.0] {
+            builder.block("wall", [at - 0.1, 0.0, 0.0], [at + 0.1, 3.0, 10.0]);
+            builder.block("wall", [0.0, 0.0, at - 0.1], [10.0, 3.0, at + 0.1]);
+        }
+        let thing = builder.block("thing", [5.0, 0.0, 5.0], [5.5, 1.0, 5.5]);
+        let world = World::new(&builder.scene).unwrap();
+        let [min, max] = [[-2.5, 0.3, -2.5], [-0.5, 2.0, 5.0]].map(|p| world.relative(p));
+        let eye = Region::of_box(min, max);
+        let scenery = Scenery::of(&world);
+        let target = scenery.targets[thing as usize].clone().unwrap();
+        let mut question = Question::new(&eye, (thing, &target), &Faces(&world)).unwrap();
+        let few = Limits { cuts: 32, ..LIMITS };
+        let mut prover = Prover::new(&scenery.blocker, PROOFS);
+        let answer = question.follow(&mut prover, None, few, &mut Faces(&world));
+        assert!(matches!(answer, Answer::Hidden(_)), "{answer:?}");
     }
 }

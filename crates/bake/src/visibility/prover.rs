@@ -25,7 +25,7 @@ use super::{
     crossing::{Crossing, region_of},
     segment,
 };
-use crate::occluders::Region;
+use crate::occluders::{Region, Wall};
 
 /// At most this many tests of a wall for one question.
 pub const MAX_STEPS: u32 = 300;
@@ -80,6 +80,8 @@ pub struct Prover<'a> {
     budget: u32,
     /// The openings on the longest way that the last question left open.
     leak: Vec<Region>,
+    /// An axis, and where a wall stands across it that proved nothing since eyes of the last question are on both sides.
+    astride: Option<(usize, f32)>,
 }
 
 impl<'a> Prover<'a> {
@@ -96,6 +98,7 @@ impl<'a> Prover<'a> {
             steps_left: 0,
             budget: u32::MAX,
             leak: Vec::new(),
+            astride: None,
         }
     }
 
@@ -104,6 +107,12 @@ impl<'a> Prover<'a> {
     #[must_use]
     pub fn leak(&self) -> &[Region] {
         &self.leak
+    }
+
+    /// Where to cut the eyes of the last question, so that one more wall can take part.
+    #[must_use]
+    pub fn astride(&self) -> Option<(usize, f32)> {
+        self.astride
     }
 
     /// From now on all questions about openings together take no more tests of a wall than this.
@@ -201,6 +210,7 @@ impl<'a> Prover<'a> {
     /// Such a proof with sequences of walls: the dearest.
     pub fn hides_by_openings(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
         self.leak.clear();
+        self.astride = None;
         if !self.proofs.walls || self.budget == 0 || eye.overlaps(target) {
             return None;
         }
@@ -306,6 +316,7 @@ impl<'a> Prover<'a> {
                     return true;
                 }
                 Some(crossing) => partial.push((wall.opaque_share(crossing.way, &crossing.rectangle), crossing)),
+                None if self.astride.is_none() => self.astride = across(wall, &passed[0], margin_m),
                 None => {}
             }
         }
@@ -347,6 +358,14 @@ impl<'a> Prover<'a> {
             recent.map(|body| self.separates(*body, eye, opening) || self.separates(*body, opening, target));
         between.any(|between| between)
     }
+}
+
+/// The axis that a wall stands across, and where, if eyes are on both sides of it.
+fn across(wall: &Wall, eye: &Region, margin_m: f32) -> Option<(usize, f32)> {
+    let axis = wall.normal.abs().max_position();
+    let at = wall.offset / wall.normal[axis];
+    let is_across = wall.normal[axis].abs() > 1.0 - 1e-6;
+    (is_across && eye.min[axis] + margin_m < at && at < eye.max[axis] - margin_m).then_some((axis, at))
 }
 
 /// Which way a target lies.

@@ -62,20 +62,11 @@ impl<'a> Screening<'a> {
             bodies: true,
             walls: true,
         };
-        let leaf = |wall: &'a Wall| {
-            let door = wall.door.filter(|door| closed.contains(door))?;
-            Some(Leaf::new(&blocker.occluders, door, wall))
-        };
         let mut screening = Self {
             blocker,
             prover: Prover::new(blocker, proofs),
             closed: Vec::new(),
-            leaves: blocker
-                .occluders
-                .leaves()
-                .iter()
-                .filter_map(|wall| leaf(wall))
-                .collect(),
+            leaves: Vec::new(),
             taken: BTreeSet::new(),
             pieces_left: 0,
             tests_left: 0,
@@ -87,6 +78,14 @@ impl<'a> Screening<'a> {
     /// From now on these of the doors are closed, and questions together take so many tests of a wall.
     pub fn close(&mut self, mut closed: Vec<u32>, steps: u32) {
         closed.sort_unstable();
+        let blocker: &'a Blocker = self.blocker;
+        let occluders = &blocker.occluders;
+        for door in &closed {
+            if !self.leaves.iter().any(|leaf| leaf.door == *door) {
+                let sides = occluders.leaves().iter().filter(|wall| wall.door == Some(*door));
+                self.leaves.extend(sides.map(|wall| Leaf::new(occluders, *door, wall)));
+            }
+        }
         self.prover.close(&closed);
         self.prover.allow(steps);
         self.closed = closed;
