@@ -237,13 +237,15 @@ fn write_level(
     ledger: &Ledger<'_>,
     (finer, last_glb): (&mut Vec<Level>, &mut Vec<u8>),
 ) -> Result<(), SinkError> {
+    let lattice = lattice.of_error(level.geometric_error);
+    let rounded = lod::rounded(level, lattice);
     let input = glb::GlbInput {
-        primitives: &level.primitives,
+        primitives: &rounded.primitives,
         materials: &scene.materials,
         textures: &scene.textures,
         image_uri: &|image| pictures.at(image, level.geometric_error).url.to_string(),
     };
-    let glb = glb::write(&input, lattice.of_error(level.geometric_error));
+    let glb = glb::write(&input, lattice);
     let textures: BTreeSet<_> = pictures_of(level, scene)
         .into_iter()
         .map(|image| pictures.at(image, level.geometric_error).clone())
@@ -261,14 +263,13 @@ fn write_level(
         last_glb.extend_from_slice(&glb.bytes);
     }
     let (url, bytes) = ledger.put("glb", glb.bytes)?;
-    let geometric_error = level.geometric_error + glb.rounding;
     finer.push(Level {
         level: finer.len() as u32,
         url,
         bytes,
-        triangles: level.triangles,
-        geometric_error_m: geometric_error,
-        switch_distance_m: switch_distance_m(geometric_error),
+        triangles: rounded.triangles,
+        geometric_error_m: rounded.geometric_error,
+        switch_distance_m: switch_distance_m(rounded.geometric_error),
         textures,
         pack: None,
     });
@@ -455,5 +456,37 @@ mod tests {
             .map(|level| (level.level, (10.0 * level.geometric_error_m).round()));
         assert_eq!(errors.collect::<Vec<_>>(), [(0, 0.0), (1, 2.0)]);
         assert!(written[1].bytes < written[0].bytes && last_glb.len() as u64 == written[1].bytes);
+    }
+
+    #[test]
+    fn what_rounding_makes_flat_is_published_as_a_line() {
+        let corners: [[f32; 3]; 6] = [
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0; 3],
+            [0.0, 0.01, 0.0],
+            [0.0, 0.0, 3.0],
+        ];
+        let level = LodLevel {
+            geometric_error: 2.0,
+            triangles: 2,
+            lines: 0,
+            primitives: vec![Primitive {
+                positions: corners.to_vec(),
+                indices: (0..6).collect(),
+                ..Primitive::default()
+            }],
+        };
+        let pictures = PicturesOnModel {
+            ladders: &[],
+            covered: BTreeMap::new(),
+        };
+        let (ledger, scene) = (Ledger::new(&Nowhere, &[]), SourceScene::default());
+        let (mut written, mut glb) = (Vec::new(), Vec::new());
+        let lattice = Lattice::alone(&level.primitives);
+        write_level(&level, &scene, lattice, &pictures, &ledger, (&mut written, &mut glb)).unwrap();
+        assert_eq!(written[0].triangles, 1);
+        assert!(String::from_utf8_lossy(&glb).contains(r#""mode":1"#));
     }
 }
