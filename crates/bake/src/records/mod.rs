@@ -9,6 +9,8 @@ mod impostors;
 mod models;
 mod packs;
 mod pages;
+#[cfg(test)]
+mod parts_tests;
 mod populations;
 mod rules;
 mod settle;

@@ -62,6 +62,12 @@ impl<'a> Models<'a> {
             let mut written = Vec::with_capacity(chain.levels.len());
             let mut coarsest_glb = Vec::new();
             let mut write = |level: &LodLevel| {
+                // What lies on a cut stands in the same place in every level of either part.
+                let lattice = if model.cut_positions.is_empty() {
+                    lattice.of_error(level.geometric_error)
+                } else {
+                    lattice
+                };
                 let written = (&mut written, &mut coarsest_glb);
                 write_level(level, scene, lattice, &pictures, &ledger, written)
             };
@@ -237,7 +243,6 @@ fn write_level(
     ledger: &Ledger<'_>,
     (finer, last_glb): (&mut Vec<Level>, &mut Vec<u8>),
 ) -> Result<(), SinkError> {
-    let lattice = lattice.of_error(level.geometric_error);
     let rounded = lod::rounded(level, lattice);
     let input = glb::GlbInput {
         primitives: &rounded.primitives,
@@ -484,7 +489,7 @@ mod tests {
         };
         let (ledger, scene) = (Ledger::new(&Nowhere, &[]), SourceScene::default());
         let (mut written, mut glb) = (Vec::new(), Vec::new());
-        let lattice = Lattice::alone(&level.primitives);
+        let lattice = Lattice::alone(&level.primitives).of_error(2.0);
         write_level(&level, &scene, lattice, &pictures, &ledger, (&mut written, &mut glb)).unwrap();
         assert_eq!(written[0].triangles, 1);
         assert!(String::from_utf8_lossy(&glb).contains(r#""mode":1"#));
