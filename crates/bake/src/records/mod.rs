@@ -15,6 +15,7 @@ mod populations;
 mod rules;
 mod settle;
 mod sink;
+mod sizes;
 mod smooth;
 mod standing;
 mod starts;
