@@ -281,6 +281,34 @@ fn mesh_decode_writes_what_a_decoder_gives_however_far_from_the_origin() {
 }
 
 #[test]
+fn what_begins_like_packets_of_the_thesis_is_called_so() {
+    let data = Data::new();
+    let out = data.folder("out.glb");
+    for length in 3..16 {
+        let cut = data.write("cut.slth", &b"SLTH\0\0\x80\x3f\0\0\x80\x3f\0\0\x80\x3f"[..length]);
+        let message = data.fails(&[
+            "mesh",
+            "decode",
+            cut.to_str().expect("UTF-8"),
+            "-o",
+            out.to_str().expect("UTF-8"),
+        ]);
+        let wanted = format!("its header is not whole in {length} bytes");
+        assert!(message.contains(&wanted), "{message}");
+    }
+}
+
+#[test]
+fn what_reaches_too_far_for_a_distance_is_refused() {
+    let data = Data::new();
+    let file = sheet_at(&data, 4, |x| 3e38 * x);
+    for tool in ["lod", "smooth"] {
+        let message = data.fails(&["mesh", tool, &file]);
+        assert!(message.contains("at most 1e9 m are possible"), "{message}");
+    }
+}
+
+#[test]
 fn a_bad_file_and_a_bad_share_are_refused() {
     let data = Data::new();
     let file = data.write("cut.glb", b"glTF\x02\0\0\0\xff\xff\0\0");

@@ -56,7 +56,17 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
 
 /// The mesh, and what an eye sees of it in words.
 fn snapshot_of(beginning: &[u8], args: &Args) -> anyhow::Result<(Snapshot, Option<String>)> {
-    if beginning.starts_with(&thesis::MAGIC) {
+    // Three bytes tell the two apart.
+    let is_thesis =
+        beginning.len() > 2 && (beginning.starts_with(&thesis::MAGIC) || thesis::MAGIC.starts_with(beginning));
+    let not_whole = || {
+        format!(
+            "its header is not whole in {} bytes: there is no mesh in them yet",
+            beginning.len()
+        )
+    };
+    if is_thesis {
+        anyhow::ensure!(beginning.len() >= thesis::HEADER_BYTES, not_whole());
         anyhow::ensure!(
             !args.eye.is_given(),
             "packets of the thesis are decoded whole: leave out --eye"
@@ -65,11 +75,7 @@ fn snapshot_of(beginning: &[u8], args: &Args) -> anyhow::Result<(Snapshot, Optio
     }
     let mut decoder = Decoder::new(args.memory_mib << 20);
     decoder.push(beginning)?;
-    anyhow::ensure!(
-        decoder.header().is_some(),
-        "its header is not whole in {} bytes: there is no mesh in them yet",
-        beginning.len()
-    );
+    anyhow::ensure!(decoder.header().is_some(), not_whole());
     if !decoder.is_complete() {
         let all = decoder.header().map_or(0, |header| header.total_bytes);
         eprintln!("{} of {all} bytes: the mesh is not whole yet", beginning.len());

@@ -148,6 +148,7 @@ struct LevelReport {
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
     let (mut scene, defects) = super::read_scene(&args.file)?;
     let joined = if args.no_join { 0 } else { join::join(&mut scene) };
+    scene.models.iter().try_for_each(super::ensure_in_reach)?;
     let double_sided = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let settings = LodSettings {
         method: args.method,
