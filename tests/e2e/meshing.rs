@@ -1,18 +1,28 @@
 //! What the generators of levels of detail say and write as tools for one file.
 
+use belvedere_scene::smooth::Decoder;
 use serde_json::{Value, json};
 
 use crate::program::{Data, text};
 
 /// A bumpy sheet of n × n quads as a glTF with its buffer beside it.
 fn sheet(data: &Data, n: u32) -> String {
+    sheet_at(data, n, |x| x)
+}
+
+/// The same with other coordinates.
+fn sheet_at(data: &Data, n: u32, place: impl Fn(f32) -> f32) -> String {
     let at = |i: u32| i as f32 / n as f32;
     let vertex = |i: u32| {
         let (x, z) = (at(i % (n + 1)), at(i / (n + 1)));
         [x, 0.1 * (9.0 * x).sin() * (7.0 * z).cos(), z]
     };
     let count = (n + 1) * (n + 1);
-    let mut bytes: Vec<u8> = (0..count).flat_map(vertex).flat_map(f32::to_le_bytes).collect();
+    let mut bytes: Vec<u8> = (0..count)
+        .flat_map(vertex)
+        .map(place)
+        .flat_map(f32::to_le_bytes)
+        .collect();
     let quads = (0..n * n).map(|q| q / n * (n + 1) + q % n);
     let corners = quads.flat_map(|a| [a, a + n + 1, a + 1, a + 1, a + n + 1, a + n + 2]);
     bytes.extend(corners.flat_map(u32::to_le_bytes));
@@ -250,6 +260,52 @@ fn mesh_decode_says_what_a_cut_stream_lacks() {
     let wanted = format!("{} of {all} bytes: the mesh is not whole yet", all - 1);
     assert!(code == Some(0) && said.contains(&wanted) && out.exists(), "{said}");
     assert_eq!(decode(all), (Some(0), String::new()));
+}
+
+#[test]
+fn mesh_decode_writes_what_a_decoder_gives_however_far_from_the_origin() {
+    let data = Data::new();
+    let file = sheet_at(&data, 20, |x| 6.0 * x + 1e5);
+    let (folder, out) = (data.folder("smooth"), data.folder("out.glb"));
+    data.ok(&["mesh", "smooth", &file, "-o", folder.to_str().expect("UTF-8")]);
+    let stream = folder.join("m0.slod");
+    let mut decoder = Decoder::new(u64::MAX);
+    decoder.push(&std::fs::read(&stream).expect("a stream")).expect("whole");
+    let (stream, glb) = (stream.to_str().expect("UTF-8"), out.to_str().expect("UTF-8"));
+    data.ok(&["mesh", "decode", stream, "-o", glb]);
+    let gltf = gltf::Gltf::open(&out).expect("a valid GLB");
+    let primitive = gltf.meshes().flat_map(|mesh| mesh.primitives()).next().expect("one");
+    let reader = primitive.reader(|_| gltf.blob.as_deref());
+    let positions: Vec<[f32; 3]> = reader.read_positions().expect("positions").collect();
+    assert_eq!(positions, decoder.snapshot().positions);
+}
+
+#[test]
+fn what_begins_like_packets_of_the_thesis_is_called_so() {
+    let data = Data::new();
+    let out = data.folder("out.glb");
+    for length in 3..16 {
+        let cut = data.write("cut.slth", &b"SLTH\0\0\x80\x3f\0\0\x80\x3f\0\0\x80\x3f"[..length]);
+        let message = data.fails(&[
+            "mesh",
+            "decode",
+            cut.to_str().expect("UTF-8"),
+            "-o",
+            out.to_str().expect("UTF-8"),
+        ]);
+        let wanted = format!("its header is not whole in {length} bytes");
+        assert!(message.contains(&wanted), "{message}");
+    }
+}
+
+#[test]
+fn what_reaches_too_far_for_a_distance_is_refused() {
+    let data = Data::new();
+    let file = sheet_at(&data, 4, |x| 3e38 * x);
+    for tool in ["lod", "smooth"] {
+        let message = data.fails(&["mesh", tool, &file]);
+        assert!(message.contains("at most 1e9 m are possible"), "{message}");
+    }
 }
 
 #[test]

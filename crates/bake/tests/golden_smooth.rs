@@ -52,6 +52,15 @@ fn bowl(n: u16) -> SourceModel {
     }
 }
 
+/// A bowl so far from its origin that an f32 is coarser than the lattice.
+fn far() -> SourceModel {
+    let mut bowl = bowl(9);
+    for x in bowl.primitives.iter_mut().flat_map(|p| p.positions.as_flattened_mut()) {
+        *x += 1e5;
+    }
+    bowl
+}
+
 /// Triangles over the points of a small lattice, in colour: edges and corners that no surface has.
 fn soup() -> SourceModel {
     let mut state = 7u32;
@@ -162,6 +171,7 @@ fn streams_and_what_they_give_are_as_they_were() {
         ("soup", soup(), precision(6, true)),
         ("cube", cube(6), precision(16, true)),
         ("plain", bowl(12), precision(12, false)),
+        ("far", far(), precision(14, false)),
         ("nothing", SourceModel::default(), precision(14, true)),
     ] {
         let bytes = encode(&QuantisedMesh::new(&model, precision));

@@ -13,7 +13,7 @@ use belvedere_bake::{
         FileError, Limits, SourceFiles,
         procedural::{Ground, Growth, plant},
     },
-    lod::LodLevel,
+    lod::{self, LodLevel},
     progress::Silent,
     source::{Material, SourceModel},
 };
@@ -88,13 +88,13 @@ impl Mesh {
 /// Bytes that a line carries for a level: its GLB as the bake writes it, compressed where that is less.
 #[must_use]
 pub fn carried_bytes(mesh: &Mesh, level: &LodLevel) -> u64 {
+    let lattice = Lattice::alone(&mesh.model.primitives).of_error(level.geometric_error);
     let input = GlbInput {
-        primitives: &level.primitives,
+        primitives: &lod::rounded(level, lattice).primitives,
         materials: &mesh.materials,
         textures: &[],
         image_uri: &|_| String::new(),
     };
-    let lattice = Lattice::alone(&mesh.model.primitives).of_error(level.geometric_error);
     let plain = glb::write(&input, lattice).bytes;
     let mut packed = GzEncoder::new(Vec::new(), Compression::best());
     // Memory takes whatever it is given.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use belvedere_bake::{
-    glb::{self, GlbInput, lattice::Lattice},
-    source::{Material, Primitive},
+    glb::write_whole,
+    source::{Material, Primitive, Role, SourceModel, SourceObject, SourceScene},
 };
 use belvedere_scene::smooth::{Decoder, Snapshot, thesis};
 use serde_json::json;
@@ -45,7 +45,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     if let Some(seen) = seen {
         print(&seen)?;
     }
-    std::fs::write(&args.out, glb_of(snapshot)?).with_context(|| format!("cannot write {}", args.out.display()))?;
+    std::fs::write(&args.out, glb_of(&snapshot)).with_context(|| format!("cannot write {}", args.out.display()))?;
     print(&format!(
         "{} of {}: {vertices} vertices, {triangles} triangles, in {}",
         bytes(wanted as u64),
@@ -56,7 +56,17 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
 
 /// The mesh, and what an eye sees of it in words.
 fn snapshot_of(beginning: &[u8], args: &Args) -> anyhow::Result<(Snapshot, Option<String>)> {
-    if beginning.starts_with(&thesis::MAGIC) {
+    // Three bytes tell the two apart.
+    let is_thesis =
+        beginning.len() > 2 && (beginning.starts_with(&thesis::MAGIC) || thesis::MAGIC.starts_with(beginning));
+    let not_whole = || {
+        format!(
+            "its header is not whole in {} bytes: there is no mesh in them yet",
+            beginning.len()
+        )
+    };
+    if is_thesis {
+        anyhow::ensure!(beginning.len() >= thesis::HEADER_BYTES, not_whole());
         anyhow::ensure!(
             !args.eye.is_given(),
             "packets of the thesis are decoded whole: leave out --eye"
@@ -65,11 +75,7 @@ fn snapshot_of(beginning: &[u8], args: &Args) -> anyhow::Result<(Snapshot, Optio
     }
     let mut decoder = Decoder::new(args.memory_mib << 20);
     decoder.push(beginning)?;
-    anyhow::ensure!(
-        decoder.header().is_some(),
-        "its header is not whole in {} bytes: there is no mesh in them yet",
-        beginning.len()
-    );
+    anyhow::ensure!(decoder.header().is_some(), not_whole());
     if !decoder.is_complete() {
         let all = decoder.header().map_or(0, |header| header.total_bytes);
         eprintln!("{} of {all} bytes: the mesh is not whole yet", beginning.len());
@@ -84,24 +90,35 @@ fn triangles_of(snapshot: &Snapshot) -> usize {
     snapshot.indices.iter().map(Vec::len).sum::<usize>() / 3
 }
 
-/// A primitive for each material, over the vertices that it uses.
-fn glb_of(snapshot: Snapshot) -> anyhow::Result<Vec<u8>> {
+/// A primitive for each material, over the vertices that it uses; all numbers as the decoder gives them.
+fn glb_of(snapshot: &Snapshot) -> Vec<u8> {
     let material = |number| Material {
         gltf: json!({"name": format!("material {number}")}),
         see_through: false,
         double_sided: false,
     };
-    let materials: Vec<Material> = (0..snapshot.indices.len()).map(material).collect();
     let parts = snapshot.indices.iter().enumerate();
-    let primitives: Vec<Primitive> = parts.map(|(i, corners)| part(&snapshot, i, corners)).collect();
-    let input = GlbInput {
-        primitives: &primitives,
-        materials: &materials,
-        textures: &[],
-        image_uri: &|_| String::new(),
+    let drawn = parts.filter(|(_, corners)| !corners.is_empty());
+    let model = SourceModel {
+        primitives: drawn.map(|(i, corners)| part(snapshot, i, corners)).collect(),
+        ..SourceModel::default()
     };
-    // The vertices are where the stream says, not on the coarser lattice of a published level.
-    Ok(glb::plain(&glb::write(&input, Lattice::finest(&primitives)).bytes, "")?)
+    let mut scene = SourceScene {
+        materials: (0..snapshot.indices.len()).map(material).collect(),
+        ..SourceScene::default()
+    };
+    // glTF has no empty mesh.
+    if !model.primitives.is_empty() {
+        scene.models.push(model);
+        scene.objects.push(SourceObject {
+            source_node: "mesh".to_owned(),
+            part: 0,
+            model: 0,
+            world_from_object: glam::DMat4::IDENTITY,
+            role: Role::default(),
+        });
+    }
+    write_whole(&scene)
 }
 
 fn part(snapshot: &Snapshot, material: usize, corners: &[u32]) -> Primitive {

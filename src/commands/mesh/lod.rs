@@ -12,7 +12,7 @@ use std::{
 use anyhow::Context;
 use belvedere_bake::{
     defect::Defect,
-    glb::{self, Glb, GlbInput, lattice::Lattice},
+    glb::{self, GlbInput, lattice::Lattice},
     lod::{self, LodLevel, LodSettings, Measures, Method, OctreeSettings, Order, join},
     source::{Material, SourceModel, SourceScene},
 };
@@ -148,6 +148,7 @@ struct LevelReport {
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
     let (mut scene, defects) = super::read_scene(&args.file)?;
     let joined = if args.no_join { 0 } else { join::join(&mut scene) };
+    scene.models.iter().try_for_each(super::ensure_in_reach)?;
     let double_sided = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let settings = LodSettings {
         method: args.method,
@@ -181,19 +182,21 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         let mut worst_m = 0.0f64;
         let mut levels: Vec<LevelReport> = Vec::with_capacity(chain.levels.len());
         for mesh in &chain.levels {
-            let glb = pictures.glb(mesh, lattice.of_error(mesh.geometric_error));
-            let saves = levels.last().is_none_or(|finer| glb.bytes.len() < finer.bytes);
+            let lattice = lattice.of_error(mesh.geometric_error);
+            let mesh = lod::rounded(mesh, lattice);
+            let glb = pictures.glb(&mesh, lattice);
+            let saves = levels.last().is_none_or(|finer| glb.len() < finer.bytes);
             if !saves && !args.all {
                 continue;
             }
             let level = levels.len();
             let written = args.output.as_ref().map(|folder| {
                 let name = format!("mesh{number}.lod{level}.glb");
-                let plain = glb::plain(&glb.bytes, "")?;
+                let plain = glb::plain(&glb, "")?;
                 write(&folder.join(&name), &plain).map(|()| (name, plain.len()))
             });
             let (file, file_bytes) = written.transpose()?.unzip();
-            let geometric_error_m = worst_m.max(mesh.geometric_error + glb.rounding);
+            let geometric_error_m = worst_m.max(mesh.geometric_error);
             worst_m = geometric_error_m;
             let switch_distance_m = geometric_error_m / (args.error * tangent);
             levels.push(LevelReport {
@@ -203,7 +206,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
                 switch_distance_m,
                 range_m: switch_distance_m + radius_m,
                 geometric_error_m,
-                bytes: glb.bytes.len(),
+                bytes: glb.len(),
                 file,
                 file_bytes,
             });
@@ -274,14 +277,14 @@ impl Pictures<'_> {
         Ok(())
     }
 
-    fn glb(&self, level: &LodLevel, lattice: Lattice) -> Glb {
+    fn glb(&self, level: &LodLevel, lattice: Lattice) -> Vec<u8> {
         let input = GlbInput {
             primitives: &level.primitives,
             materials: &self.0.materials,
             textures: &self.0.textures,
             image_uri: &|image| self.name(image),
         };
-        glb::write(&input, lattice)
+        glb::write(&input, lattice).bytes
     }
 }
 

@@ -12,7 +12,7 @@ use belvedere_bake::{
     defect::Defect,
     import::{self, Limits},
     progress::Silent,
-    source::SourceScene,
+    source::{SourceModel, SourceScene},
 };
 
 use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
@@ -39,6 +39,21 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         Tool::Smooth(args) => smooth::run(args),
         Tool::Decode(args) => decode::run(args),
     }
+}
+
+/// What a bake takes, a level of detail can hold.
+const LARGEST_M: f32 = 1e9;
+
+/// Refuses a mesh in whose space distances might overflow.
+fn ensure_in_reach(model: &SourceModel) -> anyhow::Result<()> {
+    let coordinates = model.primitives.iter().flat_map(|p| p.positions.iter().flatten());
+    let reach_m = coordinates.fold(0.0f32, |reach_m, x| reach_m.max(x.abs()));
+    anyhow::ensure!(
+        reach_m <= LARGEST_M,
+        "mesh {} reaches {reach_m:e} m from its origin; at most {LARGEST_M:e} m are possible: scale it down",
+        model.name
+    );
+    Ok(())
 }
 
 /// Reads a scene with all that stands beside it, and tells what is wrong with it.

@@ -19,7 +19,7 @@ use belvedere_bake::{
 use belvedere_scene::smooth::{Decoder, Header};
 use serde::Serialize;
 
-use super::read_scene;
+use super::{ensure_in_reach, read_scene};
 use crate::commands::output::{bytes, percent, print, print_json, table};
 
 #[derive(Debug, clap::Args)]
@@ -42,9 +42,6 @@ pub(super) struct Args {
     #[arg(long)]
     json: bool,
 }
-
-/// What a bake takes, a smooth LOD can hold.
-const LARGEST_M: f32 = 1e9;
 
 #[derive(Debug, Serialize)]
 struct Report {
@@ -127,16 +124,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
 }
 
 fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<MeshReport> {
-    let corners = model
-        .primitives
-        .iter()
-        .flat_map(|primitive| primitive.positions.iter().flatten());
-    let reach_m = corners.fold(0.0f32, |reach_m, x| reach_m.max(x.abs()));
-    anyhow::ensure!(
-        reach_m <= LARGEST_M,
-        "mesh {} reaches {reach_m:e} m from its origin; at most {LARGEST_M:e} m are possible: scale it down",
-        model.name
-    );
+    ensure_in_reach(model)?;
     let chosen = publish::precision(model, 1.0);
     let precision = Precision {
         position_bits: args.bits.unwrap_or(chosen.position_bits),

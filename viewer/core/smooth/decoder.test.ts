@@ -9,7 +9,7 @@ import { latticeOf, snapshotOf } from "./snapshot.ts";
 
 /** Streams that the encoder's own tests wrote, with hashes of what they give. */
 const GOLDEN = join(import.meta.dirname, "../../../tests/golden/smooth");
-const NAMES = ["bowl", "soup", "cube", "plain", "nothing"];
+const NAMES = ["bowl", "soup", "cube", "plain", "far", "nothing"];
 const ENOUGH_BYTES = 2 ** 24;
 
 const stream = (name: string) => new Uint8Array(readFileSync(join(GOLDEN, `${name}.slod`)));

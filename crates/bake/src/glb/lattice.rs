@@ -108,6 +108,17 @@ impl Lattice {
         f64::from_bits(((1023 + i64::from(self.exponent)) as u64) << 52)
     }
 
+    /// Moves vertices to where a GLB on this lattice has them; tells how far the one moves that moves farthest, in model units.
+    pub fn round(self, primitives: &mut [Primitive]) -> f64 {
+        let frame = Frame::of(super::drawn(primitives), self);
+        let moved = frame.rounding(super::drawn(primitives));
+        for position in primitives.iter_mut().flat_map(|p| &mut p.positions) {
+            // Exact where anything is drawn: an f32 has more bits than what is left of it.
+            *position = frame.nearest(*position).map(|x| x as f32);
+        }
+        moved
+    }
+
     /// The step is two to the power of this.
     pub(super) fn exponent(self) -> i32 {
         self.exponent
@@ -158,12 +169,17 @@ impl Frame {
         }
     }
 
+    /// Where a position is on the lattice, in model units.
+    fn nearest(&self, position: [f32; 3]) -> [f64; 3] {
+        let (Self::Words { lattice, .. } | Self::Floats { lattice }) = *self;
+        position.map(|x| lattice.steps(x) * lattice.step())
+    }
+
     /// How far the vertex moves that moves farthest, in model units.
     pub(super) fn rounding<'a>(&self, primitives: impl Iterator<Item = &'a Primitive>) -> f64 {
-        let (Self::Words { lattice, .. } | Self::Floats { lattice }) = *self;
         let moved = |p: &[f32; 3]| -> f64 {
-            let off = p.map(|x| lattice.steps(x) * lattice.step() - f64::from(x));
-            off.iter().map(|x| x * x).sum()
+            let to = self.nearest(*p);
+            (0..3).map(|axis| (to[axis] - f64::from(p[axis])).powi(2)).sum()
         };
         let positions = primitives.flat_map(|p| &p.positions);
         positions.map(moved).fold(0.0, f64::max).sqrt()

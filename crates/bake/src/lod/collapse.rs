@@ -272,7 +272,7 @@ fn named(primitive: &Primitive, (topology, corners, mirrored, from): Unnamed) ->
 type Unnamed = (Topology, [u32; 3], bool, [u8; 3]);
 
 /// The ends of a triangle without area, whose corners lie on one line.
-fn longest_edge_of_flat(corners: [[f32; 3]; 3]) -> Option<(usize, usize)> {
+pub(super) fn longest_edge_of_flat(corners: [[f32; 3]; 3]) -> Option<(usize, usize)> {
     let [a, b, c] = corners.map(|p| Vec3::from(p).as_dvec3());
     let (ab, ac) = (b - a, c - a);
     // Products of differences of f32 are exact in f64 but for the last bits.

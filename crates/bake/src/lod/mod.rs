@@ -12,6 +12,7 @@
 //! * `generate`: a mesh for each number of shapes, by one of the two or by whichever is nearer to the source. What an
 //!   author made coarser is measured like these, and taken where nothing that takes fewer bytes is as near.
 //! * `error` over `proximity`: how far the result is from the source.
+//! * `rounding`: what is drawn of it on the lattice on which it is published.
 //! * `join` and `clean`: what to do before (thesis, §6.4) and instead (§6.5).
 
 mod ancestry;
@@ -29,6 +30,7 @@ pub(crate) mod proximity;
 mod quadric;
 mod reduction;
 mod representative;
+mod rounding;
 #[cfg(test)]
 mod tests;
 
@@ -44,6 +46,7 @@ use crate::source::{Primitive, SourceModel, Topology};
 pub use crate::lod::clean::clean;
 pub use crate::lod::octree::{OctreeSettings, Order};
 pub use crate::lod::representative::Measures;
+pub use crate::lod::rounding::rounded;
 
 /// Ever coarser meshes of one model.
 #[derive(Debug, Clone, PartialEq)]

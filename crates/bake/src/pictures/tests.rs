@@ -103,7 +103,11 @@ fn the_length_that_a_picture_covers_is_that_of_its_most_stretched_use() {
         json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "normalTexture": scaled}),
     )];
     let found = covered(&[square(8.0, 2.0), square(6.0, 1.0)], &materials, &textures);
-    assert_eq!(found.into_iter().collect::<Vec<_>>(), [(0, 6.0), (1, 1.5)]);
+    let found: Vec<_> = found
+        .into_iter()
+        .map(|(image, lengths)| (image, lengths.to_array()))
+        .collect();
+    assert_eq!(found, [(0, [6.0; 2]), (1, [1.5; 2])]);
     assert_eq!(
         contents(&materials, &textures, 3),
         [Content::Color, Content::Data, Content::Data]
@@ -113,4 +117,41 @@ fn the_length_that_a_picture_covers_is_that_of_its_most_stretched_use() {
         ..square(8.0, 1.0)
     };
     assert!(covered(&[flat], &materials, &textures).is_empty());
+}
+
+#[test]
+fn each_side_of_a_picture_covers_a_length_of_its_own() {
+    let sheet = |uvs: [[f32; 2]; 4]| Primitive {
+        material: Some(0),
+        positions: vec![[0.0, 0.0, 0.0], [6.0, 0.0, 0.0], [6.0, 2.0, 0.0], [0.0, 2.0, 0.0]],
+        uvs: vec![uvs.to_vec()],
+        indices: vec![0, 1, 2, 0, 2, 3],
+        ..Primitive::default()
+    };
+    let textures = [Texture {
+        image: 0,
+        sampler: None,
+    }];
+    let lengths = |transform: serde_json::Value, uvs| {
+        let texture = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
+        let materials = [material(json!({"pbrMetallicRoughness": {"baseColorTexture": texture}}))];
+        covered(&[sheet(uvs)], &materials, &textures)[&0]
+            .to_array()
+            .map(|x| (1e6 * x).round() / 1e6)
+    };
+    let whole = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    assert_eq!(lengths(json!({}), whole), [6.0, 2.0]);
+    assert_eq!(lengths(json!({"scale": [2, 0.5]}), whole), [3.0, 4.0]);
+    let quarter = std::f64::consts::FRAC_PI_2;
+    assert_eq!(
+        lengths(json!({"scale": [2, 1], "rotation": quarter}), whole),
+        [2.0, 3.0]
+    );
+    // Along a side that changes nothing, no pixels are needed.
+    let [along, up] = lengths(json!({}), whole.map(|[u, _]| [u, 0.5]));
+    assert!((6.0..6.4).contains(&along) && up == 0.0, "{along} {up}");
+    // Nearly all of the picture lies outside of what shows its diagonal.
+    let diagonal = [[0.0, 0.0], [1.0, 0.99], [1.0, 1.0], [0.0, 0.01]];
+    let [along, up] = lengths(json!({}), diagonal);
+    assert!((6.0..6.4).contains(&along) && (6.0..6.4).contains(&up), "{along} {up}");
 }

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 use serde_json::Value;
 
-use super::Content;
+use super::{Content, LARGEST_PX};
 use crate::source::{Material, Primitive, Texture, Topology};
 
 /// A member of a glTF material that names a texture.
@@ -13,8 +13,8 @@ struct Use {
     texture: usize,
     /// Which set of texture coordinates.
     set: usize,
-    /// By how much the material's own transform stretches an area of the picture.
-    stretch: f64,
+    /// The material's own transform of texture coordinates, but for where it begins.
+    transform: DMat2,
     content: Content,
 }
 
@@ -40,46 +40,63 @@ pub fn contents(materials: &[Material], textures: &[Texture], images: usize) -> 
     colors.into_iter().zip(data).map(content).collect()
 }
 
-/// For each picture that a mesh shows, the length in model units that its side covers where it is stretched most: the
-/// mean over the area of a primitive, of the primitive with the longest. A texel is as long as this over the
-/// pixels of the side; of a picture that is no square, over the root of their number.
+/// For each picture that a mesh shows, the lengths in model units that its width and its height cover where they are
+/// stretched most: means over the area of a primitive, of the primitive with the longest. A texel is as long as these over the
+/// pixels along them.
 #[must_use]
-pub fn covered(primitives: &[Primitive], materials: &[Material], textures: &[Texture]) -> BTreeMap<usize, f64> {
-    let mut longest: BTreeMap<usize, f64> = BTreeMap::new();
+pub fn covered(primitives: &[Primitive], materials: &[Material], textures: &[Texture]) -> BTreeMap<usize, DVec2> {
+    let mut longest: BTreeMap<usize, DVec2> = BTreeMap::new();
     for primitive in primitives.iter().filter(|p| p.topology == Topology::Triangles) {
         let material = primitive.material.and_then(|m| materials.get(m));
         for found in material.into_iter().flat_map(uses) {
-            let length = textures.get(found.texture).zip(mean_length(primitive, &found));
-            if let Some((texture, length)) = length {
+            let lengths = textures.get(found.texture).zip(mean_lengths(primitive, &found));
+            if let Some((texture, lengths)) = lengths {
                 let known = longest.entry(texture.image).or_default();
-                *known = known.max(length);
+                *known = known.max(lengths);
             }
         }
     }
     longest
 }
 
-/// The mean over a primitive's area of the length that the side of a picture covers; `None` where it covers none.
-fn mean_length(primitive: &Primitive, found: &Use) -> Option<f64> {
+/// The means over a primitive's area of the lengths that the sides of a picture cover; `None` where it covers none.
+fn mean_lengths(primitive: &Primitive, found: &Use) -> Option<DVec2> {
     let uvs = primitive.uvs.get(found.set)?;
-    let (mut area, mut lengths) = (0.0, 0.0);
+    let (mut areas, mut lengths) = (DVec2::ZERO, DVec2::ZERO);
     for corners in primitive.indices.as_chunks::<3>().0 {
         let corners = corners.map(|i| i as usize);
-        let [a, b, c] = corners.map(|i| DVec3::from(primitive.positions[i].map(f64::from)));
-        let of = |i: usize| uvs.get(i).map(|uv| DVec2::from(uv.map(f64::from)));
+        let on_model = corners.map(|i| DVec3::from(primitive.positions[i].map(f64::from)));
+        let of = |i: usize| uvs.get(i).map(|uv| found.transform * DVec2::from(uv.map(f64::from)));
         let [Some(p), Some(q), Some(r)] = corners.map(of) else {
             continue;
         };
-        let on_model = (b - a).cross(c - a).length();
-        let on_picture = (q - p).perp_dot(r - p).abs() * found.stretch;
-        let length = (on_model / on_picture).sqrt();
-        // One colour on a whole triangle needs no pixels.
-        if length.is_finite() {
-            area += on_model;
-            lengths += on_model * length;
+        let [a, b, c] = on_model;
+        let area = (b - a).cross(c - a).length();
+        for axis in 0..2 {
+            if let Some(length) = length_along(axis, on_model, [p, q, r]) {
+                areas[axis] += area;
+                lengths[axis] += area * length;
+            }
         }
     }
-    (area > 0.0).then(|| lengths / area)
+    let means = lengths / areas;
+    (areas.max_element() > 0.0).then(|| DVec2::select(areas.cmpgt(DVec2::ZERO), means, DVec2::ZERO))
+}
+
+/// The length that a side of a picture covers on a triangle: how far a point moves there that moves along that side only. `None`
+/// where the triangle shows less than a texel of the widest picture along it: one colour needs no pixels.
+fn length_along(axis: usize, [a, b, c]: [DVec3; 3], [p, q, r]: [DVec2; 3]) -> Option<f64> {
+    let shown = p.max(q).max(r)[axis] - p.min(q).min(r)[axis];
+    if shown < 1.0 / f64::from(LARGEST_PX) {
+        return None;
+    }
+    let (across, up) = (q - p, r - p);
+    let other = 1 - axis;
+    let along = ((b - a) * up[other] - (c - a) * across[other]).length() / across.perp_dot(up).abs();
+    // Where a picture is sheared, that way leads out of the triangle: no texel is seen for longer than it.
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a)) / shown;
+    let length = along.min(longest);
+    length.is_finite().then_some(length)
 }
 
 /// The textures that a material names, at any depth.
@@ -108,11 +125,9 @@ fn named(name: &str, member: &Value) -> Option<Use> {
     let number = |value: &Value| usize::try_from(value.as_u64()?).ok();
     let transform = member.pointer("/extensions/KHR_texture_transform");
     let set = transform.and_then(|t| t.get("texCoord")).or(member.get("texCoord"));
-    let scale = |axis: usize| {
-        transform
-            .and_then(|t| t.get("scale")?.get(axis)?.as_f64())
-            .unwrap_or(1.0)
-    };
+    let number_at = |path: &str| transform.and_then(|t| t.pointer(path)?.as_f64());
+    let scale = ["/scale/0", "/scale/1"].map(|path| number_at(path).unwrap_or(1.0));
+    let turn = DMat2::from_angle(number_at("/rotation").unwrap_or(0.0));
     let content = match name {
         "baseColorTexture"
         | "emissiveTexture"
@@ -126,7 +141,7 @@ fn named(name: &str, member: &Value) -> Option<Use> {
     Some(Use {
         texture: number(member.get("index")?)?,
         set: set.and_then(number).unwrap_or(0),
-        stretch: (scale(0) * scale(1)).abs(),
+        transform: turn * DMat2::from_diagonal(scale.into()),
         content,
     })
 }

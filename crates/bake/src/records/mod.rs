@@ -9,10 +9,13 @@ mod impostors;
 mod models;
 mod packs;
 mod pages;
+#[cfg(test)]
+mod parts_tests;
 mod populations;
 mod rules;
 mod settle;
 mod sink;
+mod sizes;
 mod smooth;
 mod standing;
 mod starts;

@@ -14,18 +14,15 @@ use super::{
     packs::MOST_PACK_BYTES,
     rules,
     sink::{BlobSink, Ledger, SinkError},
+    sizes::{Pictures, PicturesOnModel, pictures_of},
     smooth,
 };
 use crate::{
     glb::{self, lattice::Lattice},
     lod::{self, LodLevel, LodSettings},
-    pictures::{self, texels},
     progress::{Progress, Stage},
     source::{SourceModel, SourceObject, SourceScene},
 };
-
-/// A picture of fewer bytes is not worth a level that shows it smaller.
-const LEAST_PICTURE_BYTES: u64 = 4 << 10;
 
 /// The levels of every model, stored; models keep their order.
 pub struct Models<'a> {
@@ -62,6 +59,12 @@ impl<'a> Models<'a> {
             let mut written = Vec::with_capacity(chain.levels.len());
             let mut coarsest_glb = Vec::new();
             let mut write = |level: &LodLevel| {
+                // What lies on a cut stands in the same place in every level of either part.
+                let lattice = if model.cut_positions.is_empty() {
+                    lattice.of_error(level.geometric_error)
+                } else {
+                    lattice
+                };
                 let written = (&mut written, &mut coarsest_glb);
                 write_level(level, scene, lattice, &pictures, &ledger, written)
             };
@@ -132,101 +135,6 @@ fn cost(model: &SourceModel) -> u64 {
     1 + model.primitives.iter().map(|p| p.count() as u64).sum::<u64>()
 }
 
-/// Every picture in all sizes, stored.
-pub(super) struct Pictures<'a> {
-    pub(super) scene: &'a SourceScene,
-    /// For each picture the root of the number of its pixels, and its sizes.
-    ladders: Vec<(Option<f64>, Vec<TextureRef>)>,
-}
-
-impl<'a> Pictures<'a> {
-    fn write(scene: &'a SourceScene, ledger: &Ledger<'_>) -> Result<Self, SinkError> {
-        let contents = texels::contents(&scene.materials, &scene.textures, scene.images.len());
-        let ladders = scene.images.par_iter().zip(contents).map(|(image, content)| {
-            let ladder = pictures::ladder(image, content);
-            let side_px = ladder
-                .size_px
-                .map(|[width, height]| (f64::from(width) * f64::from(height)).sqrt());
-            let put = |bytes| {
-                ledger
-                    .put(image.ext, bytes)
-                    .map(|(url, bytes)| TextureRef { url, bytes })
-            };
-            Ok((side_px, ladder.rungs.into_iter().map(put).collect::<Result<_, _>>()?))
-        });
-        Ok(Self {
-            scene,
-            ladders: ladders.collect::<Result<_, _>>()?,
-        })
-    }
-
-    /// A picture as it came.
-    pub(super) fn whole(&self, image: usize) -> &TextureRef {
-        &self.ladders[image].1[0]
-    }
-
-    /// The pictures as a model shows them.
-    fn on(&self, model: &SourceModel) -> PicturesOnModel<'_> {
-        PicturesOnModel {
-            ladders: &self.ladders,
-            covered: texels::covered(&model.primitives, &self.scene.materials, &self.scene.textures),
-        }
-    }
-}
-
-/// Which size of each picture a level of a model takes.
-struct PicturesOnModel<'a> {
-    ladders: &'a [(Option<f64>, Vec<TextureRef>)],
-    /// The length that a picture's side covers, in model units.
-    covered: BTreeMap<usize, f64>,
-}
-
-impl PicturesOnModel<'_> {
-    /// The smallest size whose texels are no longer than a level's error; the largest when nobody knows how long they are.
-    fn at(&self, image: usize, geometric_error: f64) -> &TextureRef {
-        &self.ladders[image].1[self.halvings(image, geometric_error)]
-    }
-
-    /// How often it is halved for a level of this error.
-    fn halvings(&self, image: usize, geometric_error: f64) -> usize {
-        let texel = self.texel(image);
-        let halvings = texel.map_or(0.0, |texel| (geometric_error / texel).log2().floor());
-        // Negative and NaN become 0.
-        (halvings as usize).min(self.ladders[image].1.len() - 1)
-    }
-
-    /// How long a texel of the largest size is, in model units.
-    fn texel(&self, image: usize) -> Option<f64> {
-        Some(self.covered.get(&image)? / self.ladders[image].0?)
-    }
-
-    /// The same mesh with its largest picture two sizes smaller, at the error from which on that is good enough; `None` where
-    /// that would save next to nothing.
-    fn with_smaller(&self, level: LodLevel, scene: &SourceScene) -> Option<LodLevel> {
-        let used = pictures_of(&level, scene).into_iter();
-        let largest = used.max_by_key(|image| self.at(*image, level.geometric_error).bytes)?;
-        let (halvings, rungs) = (self.halvings(largest, level.geometric_error), &self.ladders[largest].1);
-        if rungs[halvings].bytes < LEAST_PICTURE_BYTES || halvings + 1 == rungs.len() {
-            return None;
-        }
-        let texels = ((halvings + 2) as f64).exp2() * (1.0 + f64::EPSILON);
-        let geometric_error = texels * self.texel(largest)?;
-        (geometric_error > level.geometric_error).then_some(LodLevel {
-            geometric_error,
-            ..level
-        })
-    }
-}
-
-/// The pictures that a level shows.
-fn pictures_of(level: &LodLevel, scene: &SourceScene) -> BTreeSet<usize> {
-    let textures = glb::used_textures(&level.primitives, &scene.materials);
-    textures
-        .into_iter()
-        .map(|texture| scene.textures[texture].image)
-        .collect()
-}
-
 /// Stores a level behind the finer ones, and leaves its GLB in `last_glb`; not one that takes no fewer bytes than the last of
 /// them.
 fn write_level(
@@ -237,13 +145,14 @@ fn write_level(
     ledger: &Ledger<'_>,
     (finer, last_glb): (&mut Vec<Level>, &mut Vec<u8>),
 ) -> Result<(), SinkError> {
+    let rounded = lod::rounded(level, lattice);
     let input = glb::GlbInput {
-        primitives: &level.primitives,
+        primitives: &rounded.primitives,
         materials: &scene.materials,
         textures: &scene.textures,
         image_uri: &|image| pictures.at(image, level.geometric_error).url.to_string(),
     };
-    let glb = glb::write(&input, lattice.of_error(level.geometric_error));
+    let glb = glb::write(&input, lattice);
     let textures: BTreeSet<_> = pictures_of(level, scene)
         .into_iter()
         .map(|image| pictures.at(image, level.geometric_error).clone())
@@ -261,14 +170,13 @@ fn write_level(
         last_glb.extend_from_slice(&glb.bytes);
     }
     let (url, bytes) = ledger.put("glb", glb.bytes)?;
-    let geometric_error = level.geometric_error + glb.rounding;
     finer.push(Level {
         level: finer.len() as u32,
         url,
         bytes,
-        triangles: level.triangles,
-        geometric_error_m: geometric_error,
-        switch_distance_m: switch_distance_m(geometric_error),
+        triangles: rounded.triangles,
+        geometric_error_m: rounded.geometric_error,
+        switch_distance_m: switch_distance_m(rounded.geometric_error),
         textures,
         pack: None,
     });
@@ -341,7 +249,7 @@ pub(super) fn coarsest(model: &Model) -> &Level {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::{Material, Primitive, Texture, Topology};
+    use crate::source::{Primitive, Topology};
 
     struct Nowhere;
 
@@ -349,60 +257,6 @@ mod tests {
         fn put(&self, _: &BlobName, _: Vec<u8>) -> Result<(), SinkError> {
             Ok(())
         }
-    }
-
-    #[test]
-    fn pictures_get_smaller_where_the_mesh_does_not() {
-        let scene = SourceScene {
-            materials: vec![Material {
-                gltf: serde_json::json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}),
-                see_through: false,
-                double_sided: false,
-            }],
-            textures: vec![Texture {
-                image: 0,
-                sampler: None,
-            }],
-            ..SourceScene::default()
-        };
-        let rung = |bytes: u64| TextureRef {
-            url: BlobName::of(&bytes.to_le_bytes(), "png").unwrap(),
-            bytes,
-        };
-        // 1,024 texels along 4 units.
-        let ladder = (
-            Some(1024.0),
-            [900_000, 300_000, 80_000, 20_000, 6_000, 1_500].map(rung).to_vec(),
-        );
-        let pictures = PicturesOnModel {
-            ladders: &[ladder],
-            covered: BTreeMap::from([(0, 4.0)]),
-        };
-        let level = LodLevel {
-            geometric_error: 0.0,
-            triangles: 1,
-            lines: 0,
-            primitives: vec![Primitive {
-                material: Some(0),
-                positions: vec![[0.0; 3], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0]],
-                indices: vec![0, 1, 2],
-                ..Primitive::default()
-            }],
-        };
-        let mut shown = vec![(level.geometric_error, pictures.at(0, 0.0).bytes)];
-        let mut last = Some(level);
-        while let Some(level) = last {
-            last = pictures.with_smaller(level, &scene);
-            shown.extend(
-                last.as_ref()
-                    .map(|l| (l.geometric_error, pictures.at(0, l.geometric_error).bytes)),
-            );
-        }
-        let texels: Vec<_> = shown
-            .iter()
-            .map(|(error, bytes)| ((error * 256.0).round(), *bytes))
-            .collect();
-        assert_eq!(texels, [(0.0, 900_000), (4.0, 80_000), (16.0, 6_000), (64.0, 1_500)]);
     }
 
     /// A second primitive costs more than what is left out with most corners of the first.
@@ -455,5 +309,37 @@ mod tests {
             .map(|level| (level.level, (10.0 * level.geometric_error_m).round()));
         assert_eq!(errors.collect::<Vec<_>>(), [(0, 0.0), (1, 2.0)]);
         assert!(written[1].bytes < written[0].bytes && last_glb.len() as u64 == written[1].bytes);
+    }
+
+    #[test]
+    fn what_rounding_makes_flat_is_published_as_a_line() {
+        let corners: [[f32; 3]; 6] = [
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0; 3],
+            [0.0, 0.01, 0.0],
+            [0.0, 0.0, 3.0],
+        ];
+        let level = LodLevel {
+            geometric_error: 2.0,
+            triangles: 2,
+            lines: 0,
+            primitives: vec![Primitive {
+                positions: corners.to_vec(),
+                indices: (0..6).collect(),
+                ..Primitive::default()
+            }],
+        };
+        let pictures = PicturesOnModel {
+            ladders: &[],
+            covered: BTreeMap::new(),
+        };
+        let (ledger, scene) = (Ledger::new(&Nowhere, &[]), SourceScene::default());
+        let (mut written, mut glb) = (Vec::new(), Vec::new());
+        let lattice = Lattice::alone(&level.primitives).of_error(2.0);
+        write_level(&level, &scene, lattice, &pictures, &ledger, (&mut written, &mut glb)).unwrap();
+        assert_eq!(written[0].triangles, 1);
+        assert!(String::from_utf8_lossy(&glb).contains(r#""mode":1"#));
     }
 }

@@ -10,7 +10,7 @@ use belvedere_scene::{
 };
 use rayon::prelude::*;
 
-use super::{BakeError, models::Pictures, sink::Ledger};
+use super::{BakeError, sink::Ledger, sizes::Pictures};
 use crate::{
     glb,
     lod::error::HausdorffLimits,
