@@ -4,7 +4,7 @@
 //! where all of it falls to one place, a point; neither where something else has this edge or this corner. So what is drawn
 //! covers exactly the rounded surface, no point of which is farther from where it was than a vertex moved.
 //!
-//! All else stays shape for shape. Cost: a pass over the shapes, and O(n log n) for the n that fall.
+//! All else stays shape for shape; of a level without error, the source itself, what fell stays besides. Cost: a pass over the shapes, and O(n log n) for the n that fall.
 
 use std::collections::BTreeSet;
 
@@ -25,6 +25,7 @@ pub fn rounded(level: &LodLevel, lattice: Lattice) -> LodLevel {
     let shapes: Vec<Shapes> = primitives.iter().map(Shapes::of).collect();
     if shapes.iter().any(|shapes| !shapes.fallen.is_empty()) {
         let mut alone = Alone::new(&primitives, &shapes);
+        let is_source = level.geometric_error == 0.0;
         let mut fell = |topology| -> Vec<Option<Primitive>> {
             let each = primitives.iter().zip(&shapes);
             each.map(|(primitive, shapes)| alone.take(primitive, &shapes.fallen, topology))
@@ -33,8 +34,12 @@ pub fn rounded(level: &LodLevel, lattice: Lattice) -> LodLevel {
         let thin = fell(Topology::Lines).into_iter().zip(fell(Topology::Points));
         let parts = primitives.iter().zip(shapes).zip(thin);
         let parts = parts.flat_map(|((primitive, shapes), (lines, points))| {
-            let standing = (!shapes.standing.is_empty()).then(|| primitive.subset(shapes.standing));
-            [standing, lines, points].into_iter().flatten()
+            let kept = if is_source {
+                Some(primitive.clone())
+            } else {
+                (!shapes.standing.is_empty()).then(|| primitive.subset(shapes.standing))
+            };
+            [kept, lines, points].into_iter().flatten()
         });
         primitives = parts.collect();
     }
@@ -175,6 +180,18 @@ mod tests {
         assert_eq!(shapes(&level), [(Topology::Triangles, 1), (Topology::Points, 1)]);
     }
 
+    #[test]
+    fn the_source_stays_triangle_for_triangle() {
+        let mesh = Primitive {
+            positions: vec![[0.0, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 3.0]],
+            indices: vec![0, 1, 2],
+            ..Primitive::default()
+        };
+        let eighths = Lattice::of_size(1.0, 1.0).of_error(2.0);
+        let level = rounded(&LodLevel::new(vec![mesh], 0.0), eighths);
+        assert_eq!(shapes(&level), [(Topology::Triangles, 1), (Topology::Lines, 1)]);
+    }
+
     proptest! {
         #[test]
         fn what_is_drawn_covers_all_that_was(
@@ -187,7 +204,7 @@ mod tests {
                 ..Primitive::default()
             };
             let lattice = Lattice::of_size(1.0, 1.0).of_error(2.0);
-            let level = rounded(&LodLevel::new(vec![mesh.clone()], 0.0), lattice);
+            let level = rounded(&LodLevel::new(vec![mesh.clone()], 1e-12), lattice);
             for [a, b, c] in level.primitives.iter().filter(|p| p.topology == Topology::Triangles).flat_map(Primitive::triangles) {
                 let [a, b, c] = [a, b, c].map(|p| DVec3::from_array(p.map(f64::from)));
                 prop_assert!((b - a).cross(c - a) != DVec3::ZERO);
