@@ -115,6 +115,12 @@ impl Wall {
         [first, normal.cross(first)]
     }
 
+    /// The axis of the world that it stands across, if any.
+    pub(crate) fn axis(&self) -> Option<usize> {
+        let axis = self.normal.abs().max_position();
+        (self.normal[axis].abs() > 1.0 - 1e-6).then_some(axis)
+    }
+
     /// Whether a rectangle of it is opaque this or that way and nowhere narrower than this.
     pub(super) fn is_wide(&self, least_m: f32) -> bool {
         let width = self.lines[0].len();

@@ -117,7 +117,7 @@ pub(super) fn region_of(wall: &Wall, opening: &Rectangle) -> Region {
     let [u, v] = *opening;
     let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| wall.point(Vec2::new(u[i], v[j])));
     let hull = Region::hull(corners.to_vec());
-    if wall.normal.abs().max_element() > 1.0 - 1e-6 {
+    if wall.axis().is_some() {
         Region::of_box(hull.min, hull.max)
     } else {
         hull

@@ -1,9 +1,9 @@
 //! What does a closed door hide?
 //!
 //! Sets are computed with all doors open. An entry depends on a door when, with that door alone closed, the object can
-//! be proved hidden from the whole cell ([`Screening`], as on line). Then every sight line to it passes the door, so one known sight line that does
-//! not answers the question without a proof. Two doors neither of which hides an object alone, but which do together,
-//! are not noted: whoever asks with both closed may get an object too many, never one too few.
+//! be proved hidden from the whole cell ([`Screening`], as on line). Then every sight line to it passes the door, so one
+//! known sight line that does not answers the question without a proof. Two doors neither of which hides an object alone,
+//! but which do together, are not noted: whoever asks with both closed may get an object too many, never one too few.
 
 use super::{sampler::Sighting, screen::Screening, surroundings::Surroundings};
 use crate::occluders::Region;

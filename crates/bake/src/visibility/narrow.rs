@@ -149,11 +149,12 @@ impl Question {
                 return Answer::Open;
             }
             self.cuts += 1;
-            if let Some((axis, at)) = prover.astride() {
-                self.pairs
-                    .extend(eye.cut(axis, at).map(|side| (side, Rc::clone(&part))));
-            } else if longest_m(&eye) >= longest_m(&target) {
-                self.pairs.extend(eye.halves().map(|half| (half, Rc::clone(&part))));
+            let eyes = match prover.astride() {
+                Some((axis, at)) => Some(eye.cut(axis, at)),
+                None => (longest_m(&eye) >= longest_m(&target)).then(|| eye.halves()),
+            };
+            if let Some(eyes) = eyes {
+                self.pairs.extend(eyes.map(|eye| (eye, Rc::clone(&part))));
             } else {
                 let parts = part.halves().into_iter().filter(|half| !half.is_empty());
                 self.pairs.extend(parts.map(|half| (eye.clone(), Rc::new(half))));
@@ -222,11 +223,15 @@ mod tests {
     }
 
     fn ask(world: &World, eye: &Region, object: u32, scout: &mut dyn Scout) -> Answer {
+        ask_within(LIMITS, world, eye, object, scout)
+    }
+
+    fn ask_within(limits: Limits, world: &World, eye: &Region, object: u32, scout: &mut dyn Scout) -> Answer {
         let scenery = Scenery::of(world);
         let mut prover = Prover::new(&scenery.blocker, PROOFS);
         let target = scenery.targets[object as usize].clone().unwrap();
         let question = Question::new(eye, (object, &target), scout);
-        question.map_or(Answer::Open, |mut q| q.follow(&mut prover, None, LIMITS, scout))
+        question.map_or(Answer::Open, |mut q| q.follow(&mut prover, None, limits, scout))
     }
 
     fn eye(world: &World) -> Region {
@@ -362,12 +367,8 @@ mod tests {
         let world = World::new(&builder.scene).unwrap();
         let [min, max] = [[-2.5, 0.3, -2.5], [-0.5, 2.0, 5.0]].map(|p| world.relative(p));
         let eye = Region::of_box(min, max);
-        let scenery = Scenery::of(&world);
-        let target = scenery.targets[thing as usize].clone().unwrap();
-        let mut question = Question::new(&eye, (thing, &target), &Faces(&world)).unwrap();
         let few = Limits { cuts: 32, ..LIMITS };
-        let mut prover = Prover::new(&scenery.blocker, PROOFS);
-        let answer = question.follow(&mut prover, None, few, &mut Faces(&world));
+        let answer = ask_within(few, &world, &eye, thing, &mut Faces(&world));
         assert!(matches!(answer, Answer::Hidden(_)), "{answer:?}");
     }
 }

@@ -362,10 +362,9 @@ impl<'a> Prover<'a> {
 
 /// The axis that a wall stands across, and where, if eyes are on both sides of it.
 fn across(wall: &Wall, eye: &Region, margin_m: f32) -> Option<(usize, f32)> {
-    let axis = wall.normal.abs().max_position();
+    let axis = wall.axis()?;
     let at = wall.offset / wall.normal[axis];
-    let is_across = wall.normal[axis].abs() > 1.0 - 1e-6;
-    (is_across && eye.min[axis] + margin_m < at && at < eye.max[axis] - margin_m).then_some((axis, at))
+    (eye.min[axis] + margin_m < at && at < eye.max[axis] - margin_m).then_some((axis, at))
 }
 
 /// Which way a target lies.

@@ -101,14 +101,4 @@ impl Coder for Draft {
         });
         (way, 0)
     }
-
-    #[inline(always)]
-    fn has(&self, _: usize) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn starved(&self) -> bool {
-        false
-    }
 }

@@ -44,9 +44,15 @@ pub(super) trait Coder: Sized {
         models.code(self, hood, weights, before, way)
     }
     /// Whether so many bytes have come, or all that will. Always when writing.
-    fn has(&self, bytes: usize) -> bool;
+    #[inline(always)]
+    fn has(&self, _bytes: usize) -> bool {
+        true
+    }
     /// Whether what it gave cannot be believed, because the stream has not come so far. Never when writing.
-    fn starved(&self) -> bool;
+    #[inline(always)]
+    fn starved(&self) -> bool {
+        false
+    }
 }
 
 /// Notes decisions and writes them when all are known.
@@ -132,16 +138,6 @@ impl Coder for Writer {
         let shift = CHANCE_BITS - bits;
         self.note(value << shift, 1 << shift);
         value
-    }
-
-    #[inline(always)]
-    fn has(&self, _: usize) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn starved(&self) -> bool {
-        false
     }
 }
 
