@@ -9,25 +9,39 @@ use crate::procedural::value::Value;
 impl<'p> Evaluator<'p> {
     /// Visits what a call leads to.
     pub(super) fn follow(&mut self, scope: &Scope, turtle: &Turtle, call: usize) -> Outcome<()> {
-        let module = &self.program.modules[scope.module];
-        let call = &module.calls[call];
+        let call = &self.program.modules[scope.module].calls[call];
         let depth = self.deeper(scope, call.at)?;
         let Some(index) = call.target.index else {
             return self.place_file(scope, turtle, call, depth);
         };
         let rule = self.rule(call.target.module, index);
-        let instance = self.called_instance(scope, call)?;
-        let inner = Scope {
+        let inner = self.scope_of((scope, call), depth)?;
+        self.bind((scope, call), &inner, (&rule.formals, rule.slots))?;
+        self.go_on((scope, call.at), turtle, (rule, index), inner)
+    }
+
+    /// What the callee sees, so many calls deep.
+    pub(super) fn scope_of(&mut self, (scope, call): (&Scope, &Call), depth: u32) -> Outcome<Scope> {
+        Ok(Scope {
             module: call.target.module,
-            instance,
+            instance: self.called_instance(scope, call)?,
             base: self.stack.len(),
             path: step(scope.path, call.site),
             depth,
             level: 0,
-        };
-        self.bind((scope, call), &inner, (&rule.formals, rule.slots))?;
+        })
+    }
+
+    /// Visits the rule of a call whose values are on the stack.
+    pub(super) fn go_on(
+        &mut self,
+        (scope, at): (&Scope, At),
+        turtle: &Turtle,
+        (rule, index): (&'p Rule, usize),
+        inner: Scope,
+    ) -> Outcome<()> {
         if rule.is_part {
-            self.place_part((scope, call.at), turtle, rule, index, inner)?;
+            self.place_part((scope, at), turtle, rule, index, inner)?;
         } else {
             self.visit_rule(turtle, rule, index, inner)?;
         }
@@ -40,21 +54,14 @@ impl<'p> Evaluator<'p> {
         let call = &self.program.modules[scope.module].calls[call];
         let depth = self.deeper(scope, call.at)?;
         let function = &self.program.modules[call.target.module].functions[call.target.index.unwrap_or_default()];
-        let inner = Scope {
-            module: call.target.module,
-            instance: self.called_instance(scope, call)?,
-            base: self.stack.len(),
-            path: step(scope.path, call.site),
-            depth,
-            level: 0,
-        };
+        let inner = self.scope_of((scope, call), depth)?;
         self.bind((scope, call), &inner, (&function.formals, function.slots))?;
         let value = self.written(&inner, &function.value)?;
         self.stack.truncate(inner.base);
         Ok(value)
     }
 
-    fn deeper(&mut self, scope: &Scope, at: At) -> Outcome<u32> {
+    pub(super) fn deeper(&mut self, scope: &Scope, at: At) -> Outcome<u32> {
         let depth = scope.depth + 1;
         self.usage.levels = self.usage.levels.max(depth);
         let limit = self.settings.limits.levels;
@@ -75,6 +82,10 @@ impl<'p> Evaluator<'p> {
         for (slot, argument) in call.given() {
             self.stack[inner.base + slot] = self.written(scope, &argument.value)?;
         }
+        self.bind_defaults(call, inner, formals)
+    }
+
+    pub(super) fn bind_defaults(&mut self, call: &'p Call, inner: &Scope, formals: &'p [Formal]) -> Outcome<()> {
         for (slot, formal) in call.left(formals) {
             if let Some(default) = &formal.default {
                 self.stack[inner.base + slot] = self.written(inner, default)?;

@@ -30,11 +30,13 @@ impl<'p> Evaluator<'p> {
         };
         self.bind((scope, call), &inner, (&rule.formals, rule.slots))?;
         self.count(scope, call.at, listed(&self.stack[inner.base..]))?;
-        let mut key = vec![module as u64, index as u64, instance as u64];
+        let mut key = std::mem::take(&mut self.key);
+        key.clear();
+        key.extend([module as u64, index as u64, instance as u64]);
         self.stack[inner.base..]
             .iter()
             .for_each(|argument| argument.key(&mut key));
-        let material = match self.known_materials.get(&key) {
+        let material = match self.known_materials.get(&key[..]) {
             Some(&material) => material,
             None => {
                 let limit = self.settings.limits.materials;
@@ -44,10 +46,11 @@ impl<'p> Evaluator<'p> {
                 self.keep((scope.module, call.at), key.len())?;
                 let surface = self.computed_surface(&inner, rule)?;
                 self.materials.push(surface);
-                self.known_materials.insert(key, self.materials.len() - 1);
+                self.known_materials.insert(key.clone(), self.materials.len() - 1);
                 self.materials.len() - 1
             }
         };
+        self.key = key;
         self.stack.truncate(inner.base);
         if rule.formals.is_empty() {
             self.instances[instance].surfaces[index] = Some(material);

@@ -149,7 +149,9 @@ struct Evaluator<'p> {
     default_instances: Vec<Option<usize>>,
     /// Instances and parts by what they were made with.
     known: HashMap<Vec<u64>, usize>,
-    known_materials: HashMap<Vec<u64>, usize>,
+    known_materials: BTreeMap<Vec<u64>, usize>,
+    /// Room for what is looked up there.
+    key: Vec<u64>,
     /// Calls that are open, for each rule of each module.
     open: Vec<u32>,
     /// Where the rules of a module begin in `open`.
@@ -181,7 +183,8 @@ impl<'p> Evaluator<'p> {
             instances: Vec::new(),
             default_instances: vec![None; program.modules.len()],
             known: HashMap::new(),
-            known_materials: HashMap::new(),
+            known_materials: BTreeMap::new(),
+            key: Vec::new(),
             open: vec![0; rules],
             first_rule,
             parts: Vec::new(),

@@ -27,23 +27,23 @@ impl<'p> Evaluator<'p> {
         turtle: &Turtle,
         solid: &Solid,
     ) -> Outcome<()> {
-        let reach = ([turtle.frame.bounds(&solid.extent())], solid.most_triangles());
+        let reach = (turtle.frame.bounds(&solid.extent()), solid.most_triangles());
         self.add_written((scope, at, outline_at), turtle.material, reach, |mesh, tools| {
             solid.write(&mut Writer::new(mesh, &turtle.frame), tools)
         })
     }
 
-    /// Adds what is written: so many triangles at most, if there is room for them, within boxes of the part.
+    /// Adds what is written: so many triangles at most, if there is room for them, within a box of the part.
     #[inline]
     pub(super) fn add_written(
         &mut self,
         (scope, at, outline_at): (&Scope, At, At),
         material: usize,
-        (bounds, most): (impl IntoIterator<Item = Bounds>, u64),
+        (bounds, most): (Bounds, u64),
         write: impl FnOnce(&mut Mesh, &mut Tools) -> Result<(), Problem>,
     ) -> Outcome<()> {
         let part = &mut self.parts[self.part];
-        part.bounds = bounds.into_iter().fold(part.bounds, |all, bounds| all.union(&bounds));
+        part.bounds = part.bounds.union(&bounds);
         if self.measuring || most == 0 {
             return Ok(());
         }

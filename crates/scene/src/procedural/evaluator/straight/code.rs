@@ -66,6 +66,8 @@ pub(super) enum Operation {
 /// Operations in their order, and where each puts what it gives.
 #[derive(Debug, Default)]
 pub(super) struct Code {
+    pub(super) id: u32,
+    /// They stay where they are put, as nothing else is written there.
     pub(super) constants: Vec<(f64, Register)>,
     /// What is the same in every turn.
     pub(super) shared: Vec<(Operation, Register)>,
@@ -91,6 +93,8 @@ pub(super) struct Columns<'c, const N: usize> {
     pub(super) paths: &'c mut [[u32; N]],
     pub(super) hashes: &'c mut [u32; N],
     pub(super) memory: &'c mut Memory,
+    /// Whether those of the code lie there.
+    pub(super) has_constants: bool,
 }
 
 impl<const N: usize> Columns<'_, N> {
@@ -98,14 +102,13 @@ impl<const N: usize> Columns<'_, N> {
     /// about any turn.
     #[inline(always)]
     pub(super) fn compute(&mut self, code: &Code, with_shared: bool, known: &Known) -> bool {
-        let shared = if with_shared {
+        if !self.has_constants {
             for &(number, to) in &code.constants {
                 self.numbers[to as usize] = [number; N];
             }
-            &code.shared[..]
-        } else {
-            &[]
-        };
+            self.has_constants = true;
+        }
+        let shared = if with_shared { &code.shared[..] } else { &[] };
         for operations in [shared, &code.each[..]] {
             for &(operation, to) in operations {
                 if !self.step(operation, to, known) {

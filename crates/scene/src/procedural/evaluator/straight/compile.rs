@@ -73,6 +73,16 @@ impl<'p> Compiler<'p> {
         self.cost.steps
     }
 
+    /// Nodes around what is looked at, itself included.
+    pub(super) fn nesting(&self) -> u32 {
+        self.nesting
+    }
+
+    /// Whether what is looked at was called.
+    pub(super) fn is_in_call(&self) -> bool {
+        self.calls > 0
+    }
+
     /// Goes one deeper; whoever calls it comes back with [`Compiler::leave`], unless there was nothing.
     pub(super) fn enter(&mut self) -> Option<()> {
         self.nesting += 1;

@@ -133,7 +133,17 @@ impl Emitter {
         self.demand(Operation::Apart { number, from_zero }, is_shared);
     }
 
+    /// What is within a range. Of parts of the same number, as points of a shape are, the whole is looked at once; where that is
+    /// too much, though its parts are not, the nodes are visited one by one.
     pub(super) fn within(&mut self, number: Register, (min, max): (f64, f64)) {
+        let whole = self.whole_of(number).filter(|_| min == -max);
+        let number = match whole {
+            Some(whole) => {
+                self.shown(&[number]);
+                whole
+            }
+            None => number,
+        };
         let known = self.numbers[number as usize];
         let range = [min, max];
         let is_same = |known: &Operation| matches!(known, Operation::Check { number: n, range: r } if (*n, *r) == (number, range));
@@ -144,11 +154,33 @@ impl Emitter {
         self.shown(&[number]);
     }
 
+    /// What a number is a constant part of.
+    fn whole_of(&self, number: Register) -> Option<Register> {
+        let is_shared = self.numbers[number as usize].is_shared;
+        let code = if is_shared { &self.code.shared } else { &self.code.each };
+        let mut near = code.iter().rev().take(MOST_COMPARED);
+        let (made, _) = near.find(|(_, to)| *to == number)?;
+        let is_part = |of: Register| self.numbers[of as usize].constant.is_some_and(|part| part.abs() <= 1.0);
+        match *made {
+            Operation::Binary(Operator::Multiply, [a, b]) if is_part(a) => Some(b),
+            Operation::Binary(Operator::Multiply, [a, b]) if is_part(b) => Some(a),
+            _ => None,
+        }
+    }
+
     pub(super) fn binary(&mut self, operator: Operator, sides: [Register; 2]) -> Register {
         if let [Some(a), Some(b)] = sides.map(|side| self.numbers[side as usize].constant)
             && operator.of(a, b).is_finite()
         {
             return self.constant(operator.of(a, b));
+        }
+        if let (Operator::Multiply, [a, b]) = (operator, sides) {
+            // Once a number stays what it is.
+            match sides.map(|side| self.numbers[side as usize].constant) {
+                [_, Some(1.0)] => return a,
+                [Some(1.0), _] => return b,
+                _ => {}
+            }
         }
         match operator {
             Operator::Add | Operator::Subtract | Operator::Multiply => self.shown(&sides),

@@ -2,7 +2,8 @@
 //! is that, leaves of a spray, windows of a wall, the heights of a field. When the traversal first comes to such a statement
 //! it becomes a [`Plan`] ([`mod@plan`], [`solids`]): a list of solids, and the operations that give their numbers ([`code`]), made
 //! of its expressions ([`compile`], [`emit`]). [`fill`] puts the numbers in, [`sheaf`] places triangles of all turns at once,
-//! both with [`mod@widest`] vectors, and [`memory`] keeps what is asked for again.
+//! both with [`mod@widest`] vectors, and [`memory`] keeps what is asked for again. Branches carry branches: what leads to a rule
+//! that makes choices is done at one go too, and [`tail`] goes on from there.
 //!
 //! It is known beforehand what such a visit takes, so limits are asked once for all of it. Where anything is amiss nothing
 //! has been done: the nodes are visited one by one, and that says what and where.
@@ -15,6 +16,7 @@ mod memory;
 mod plan;
 mod sheaf;
 mod solids;
+mod tail;
 #[cfg(test)]
 mod tests;
 mod widest;
@@ -60,20 +62,41 @@ pub(super) struct Plans {
     /// For each module one for each statement that may have one.
     of: Vec<Vec<Planning>>,
     work: u32,
+    made: u32,
     room: Room,
+    /// Numbers of turns that the traversal has yet to come to; those of inner loops behind those of outer ones.
+    ahead: Vec<f64>,
 }
 
 /// Room to compute in.
 #[derive(Debug, Default)]
 struct Room {
-    numbers: Vec<f64>,
+    /// For each number of turns side by side.
+    numbers: [Numbers; 4],
     paths: Vec<u32>,
     memory: Memory,
+}
+
+/// Room for numbers, and whose constants lie there.
+#[derive(Debug, Default)]
+struct Numbers {
+    of: Vec<f64>,
+    code: Option<u32>,
 }
 
 impl Room {
     fn columns<const N: usize>(&mut self, code: &Code) -> Columns<'_, N> {
         let Self { numbers, paths, memory } = self;
+        let Numbers {
+            of: numbers,
+            code: last,
+        } = match N {
+            1 => &mut numbers[0],
+            2..=NARROW => &mut numbers[1],
+            5..=WIDE => &mut numbers[2],
+            _ => &mut numbers[3],
+        };
+        let has_constants = last.replace(code.id) == Some(code.id);
         numbers.resize(numbers.len().max(N * code.registers), 0.0);
         paths.resize(paths.len().max(N * (code.paths + 1)), 0);
         let (hashes, paths) = paths.split_at_mut(N);
@@ -82,6 +105,7 @@ impl Room {
             paths: paths.as_chunks_mut().0,
             hashes: &mut hashes.as_chunks_mut().0[0],
             memory,
+            has_constants,
         }
     }
 }
@@ -95,14 +119,37 @@ pub(super) struct Turns<'t> {
     pub(super) given: &'t dyn Fn(usize, usize) -> f64,
 }
 
+impl Turns<'_> {
+    fn path_of(&self, scope: &Scope, turn: usize) -> u32 {
+        self.path.map_or(scope.path, |path| step(path, turn as u32))
+    }
+}
+
+/// Whether a plan may lead out of reach from where the turtle is.
+fn is_too_far(plan: &Plan, turtle: &Turtle) -> bool {
+    let frame = turtle.frame.numbers();
+    let is_near =
+        frame[..9].iter().all(|along| along.abs() <= LONGEST) && frame[9..].iter().all(|along| along.abs() <= FARTHEST);
+    plan.moves && !is_near
+}
+
 impl Plans {
     pub(super) fn new(counts: impl Iterator<Item = u32>) -> Self {
         let untried = |count: u32| (0..count).map(|_| Planning::Untried).collect();
         Self {
             of: counts.map(untried).collect(),
             work: 0,
+            made: 0,
             room: Room::default(),
+            ahead: Vec::new(),
         }
+    }
+
+    /// Tells its code from all others.
+    fn named<P>(&mut self, mut plan: P, code: impl FnOnce(&mut P) -> &mut Code) -> P {
+        code(&mut plan).id = self.made;
+        self.made += 1;
+        plan
     }
 
     fn take(&mut self, module: usize, id: u32) -> Planning {
@@ -143,6 +190,7 @@ impl<'p> Evaluator<'p> {
             Planning::Ready(plan) => plan,
             Planning::Untried if self.plans.work < MOST_WORK => {
                 let (plan, work) = plan(self.program, scope.module, slots, of);
+                let plan = plan.map(|plan| self.plans.named(plan, |plan| &mut plan.code));
                 self.plans.work += work;
                 match plan {
                     Some(plan) => Box::new(plan),
@@ -156,6 +204,9 @@ impl<'p> Evaluator<'p> {
             return Ok(0);
         };
         let place = (turtle, &materials[..]);
+        if made.tail.is_some() {
+            return self.tails(scope, place, (id, made), turns);
+        }
         // Whole rows of turns, then what is left over; what one row can hold is done in one.
         let whole = if turns.count <= WIDEST {
             0
@@ -193,37 +244,24 @@ impl<'p> Evaluator<'p> {
         plan: &mut Plan,
         (turns, range): (&Turns, Range<usize>),
     ) -> Outcome<usize> {
-        let frame = turtle.frame.numbers();
-        let is_near = frame[..9].iter().all(|along| along.abs() <= LONGEST)
-            && frame[9..].iter().all(|along| along.abs() <= FARTHEST);
-        let is_too_far = plan.moves && !is_near;
-        if range.is_empty() || is_too_far {
+        if range.is_empty() || is_too_far(plan, turtle) {
             return Ok(range.start);
         }
         let mut room = std::mem::take(&mut self.plans.room);
         let mut columns = room.columns::<N>(&plan.code);
-        for (column, number) in columns.numbers.iter_mut().zip(frame) {
-            *column = [number; N];
-        }
         let mut done = range.start;
         while done < range.end {
             let count = N.min(range.end - done);
             let Some((steps, nesting, levels)) = self.affordable(scope, plan.cost, plan.levels, count) else {
                 break;
             };
-            // Places that are left over do what the last turn does.
-            let turn = |place: usize| done + place.min(count - 1);
-            for slot in 0..plan.inputs {
-                columns.numbers[frame.len() + slot] = std::array::from_fn(|place| (turns.given)(turn(place), slot));
-            }
-            columns.paths[0] = std::array::from_fn(|place| match turns.path {
-                Some(path) => step(path, turn(place) as u32),
-                None => scope.path,
-            });
-            let known = self.known(scope);
-            let to_place = if self.measuring { &mut [] } else { &mut plan.solids[..] };
-            let is_sound = compute(&mut columns, (&plan.code, done == range.start), &known, to_place);
-            if !is_sound {
+            let is_first = done == range.start;
+            if !self.compute_turns(
+                (scope, turtle),
+                &mut columns,
+                (plan, is_first),
+                (turns, done..done + count),
+            ) {
                 break;
             }
             self.pay(steps, nesting, levels);
@@ -248,7 +286,7 @@ impl<'p> Evaluator<'p> {
                     }
                     let at = |register: u16| columns.numbers[register as usize][place];
                     planned.fill(self.settings.detail, at);
-                    let frame = Affine::of_numbers(planned.frame.map(at));
+                    let frame = Affine::of_numbers(std::array::from_fn(|i| at(planned.frame[i])));
                     let turtle = Turtle { frame, material };
                     self.add(place_of, &turtle, &planned.solid)?;
                 }
@@ -257,6 +295,31 @@ impl<'p> Evaluator<'p> {
         }
         self.plans.room = room;
         Ok(done)
+    }
+
+    /// Computes what some turns have in common, when they are the first, and what they have of their own; whether nothing is
+    /// amiss with any of them.
+    fn compute_turns<const N: usize>(
+        &self,
+        (scope, turtle): (&Scope, &Turtle),
+        columns: &mut Columns<N>,
+        (plan, are_first): (&mut Plan, bool),
+        (turns, range): (&Turns, Range<usize>),
+    ) -> bool {
+        let frame = turtle.frame.numbers();
+        if are_first {
+            for (column, number) in columns.numbers.iter_mut().zip(frame) {
+                *column = [number; N];
+            }
+        }
+        // Places that are left over do what the last turn does.
+        let turn = |place: usize| (range.start + place).min(range.end - 1);
+        for slot in 0..plan.inputs {
+            columns.numbers[frame.len() + slot] = std::array::from_fn(|place| (turns.given)(turn(place), slot));
+        }
+        columns.paths[0] = std::array::from_fn(|place| turns.path_of(scope, turn(place)));
+        let to_place = if self.measuring { &mut [] } else { &mut plan.solids[..] };
+        compute(columns, (&plan.code, are_first), &self.known(scope), to_place)
     }
 
     /// Whether so many times the triangles of a solid are within the limit, however many of them are written.
@@ -273,7 +336,7 @@ impl<'p> Evaluator<'p> {
         planned: &Planned,
         turns: Range<usize>,
     ) -> Outcome<()> {
-        let bounds = turns.clone().map(|turn| planned.sheaf.bounds(turn));
+        let bounds = planned.sheaf.bounds(turns.clone());
         self.add_written(place, material, (bounds, planned.solid.most_triangles()), |mesh, _| {
             planned.sheaf.write(turns, mesh);
             Ok(())
@@ -292,6 +355,7 @@ impl<'p> Evaluator<'p> {
             Planning::Field(slope) => slope,
             Planning::Untried if self.plans.work < MOST_WORK => {
                 let (slope, work) = slope(self.program, scope.module, slots, height);
+                let slope = slope.map(|slope| self.plans.named(slope, |slope| &mut slope.code));
                 self.plans.work += work;
                 match slope {
                     Some(slope) => Box::new(slope),

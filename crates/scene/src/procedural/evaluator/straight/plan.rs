@@ -30,6 +30,22 @@ pub(in crate::procedural::evaluator) struct Plan {
     pub(super) cost: Cost,
     /// Calls inside each other.
     pub(super) levels: u32,
+    /// What comes in place of solids.
+    pub(super) tail: Option<Tail>,
+}
+
+/// A call that makes choices, with nothing behind it.
+#[derive(Debug)]
+pub(super) struct Tail {
+    /// Among those of the file.
+    pub(super) call: usize,
+    /// What it is given, in the order in which that is written.
+    pub(super) arguments: Vec<Register>,
+    pub(super) frame: Frame,
+    /// Which of the plan's paints it wears, if not the turtle's.
+    pub(super) paint: Option<usize>,
+    /// Nodes around it.
+    pub(super) nesting: u32,
 }
 
 /// A solid among them.
@@ -69,6 +85,7 @@ pub(super) struct Planner<'p> {
     paints: Vec<usize>,
     moves: bool,
     is_stretched: bool,
+    tail: Option<Tail>,
 }
 
 /// What a statement does each time that it is visited, with values of its own in `slots`; nothing when that is not known.
@@ -93,6 +110,7 @@ pub(super) fn plan<'p>(
         paints: Vec::new(),
         moves: false,
         is_stretched: false,
+        tail: None,
     };
     let done = planner.statement(statement);
     let (cost, levels, work) = (planner.compiler.cost, planner.compiler.levels, planner.compiler.work());
@@ -104,6 +122,7 @@ pub(super) fn plan<'p>(
         moves: planner.moves,
         cost,
         levels,
+        tail: planner.tail,
     });
     (plan, work)
 }
@@ -134,6 +153,9 @@ pub(super) fn slope<'p>(
 impl<'p> Planner<'p> {
     /// As [`Evaluator::visit`](super::Evaluator::visit) visits it.
     fn statement(&mut self, statement: &'p Statement) -> Option<()> {
+        if self.tail.is_some() {
+            return None;
+        }
         self.compiler.enter()?;
         match statement {
             Statement::Group { of, .. } => of.iter().try_for_each(|inner| self.statement(inner))?,
@@ -165,15 +187,17 @@ impl<'p> Planner<'p> {
                 self.statement(body)?;
                 self.paint = outer;
             }
-            Statement::Call { call, .. } => {
+            Statement::Call { call: number, .. } => {
                 let module = &self.compiler.program.modules[self.compiler.module];
-                let call = &module.calls[*call];
+                let call = &module.calls[*number];
                 if call.module.is_some() {
                     return None;
                 }
                 let rule = &module.rules[call.target.index?];
                 if rule.is_part || rule.levels.is_some() {
-                    return None;
+                    self.tail = Some(self.ended(*number)?);
+                    self.compiler.leave();
+                    return Some(());
                 }
                 let outer = self.compiler.call(call, &rule.formals, Level::Unknown)?;
                 self.statement(&rule.body)?;
@@ -186,6 +210,23 @@ impl<'p> Planner<'p> {
         }
         self.compiler.leave();
         Some(())
+    }
+
+    /// A call that ends it. It is worth the while when something leads to it, and of the rules that were read where they are
+    /// called the traversal would know nothing.
+    fn ended(&mut self, call: usize) -> Option<Tail> {
+        if !self.moves || !self.solids.is_empty() || self.compiler.is_in_call() {
+            return None;
+        }
+        let given = self.compiler.program.modules[self.compiler.module].calls[call].given();
+        let arguments = given.map(|(_, argument)| self.compiler.value(&argument.value.of));
+        Some(Tail {
+            call,
+            arguments: arguments.collect::<Option<_>>()?,
+            frame: self.frame,
+            paint: self.paint,
+            nesting: self.compiler.nesting(),
+        })
     }
 
     fn placed(&mut self, transform: Transform, by: &'p [Written]) -> Option<Frame> {

@@ -77,10 +77,20 @@ impl Sheaf {
         are_sound
     }
 
-    /// A box that holds it in a turn.
-    pub(super) fn bounds(&self, turn: usize) -> Bounds {
-        let [min, max] = [0, 1].map(|end| [0, 2, 4].map(|along| self.ends[(along + end) * self.mirrored.len() + turn]));
-        Bounds { min, max }
+    /// A box that holds it in some turns.
+    pub(super) fn bounds(&self, turns: Range<usize>) -> Bounds {
+        let mut bounds = Bounds::EMPTY;
+        let mut rows = self
+            .ends
+            .chunks_exact(self.mirrored.len())
+            .map(|row| &row[turns.clone()]);
+        for (min, max) in bounds.min.iter_mut().zip(&mut bounds.max) {
+            let least = |least: f64, &end: &f64| if end < least { end } else { least };
+            let most = |most: f64, &end: &f64| if end > most { end } else { most };
+            *min = rows.next().unwrap_or_default().iter().fold(*min, least);
+            *max = rows.next().unwrap_or_default().iter().fold(*max, most);
+        }
+        bounds
     }
 
     /// Adds the triangles of some turns.

@@ -5,7 +5,7 @@ use super::{Evaluator, MOST_WORK};
 use crate::procedural::{Grown, Limits, NoImports, Program, Settings};
 
 /// Each has something in it that is done at one go, or that could be but for one thing.
-const TEXTS: [&str; 33] = [
+const TEXTS: [&str; 41] = [
     "for i in 5 move(2e8 * i, 0, 0) move(2e8 * i, 0, 0) box(1, 1, 1)",
     "scale(1e5) turn(45) scale(14000) turn(-45) box(1, 1, 1)",
     "scale(1e5) turn(45) scale(14000) if 1 turn(-45) box(1, 1, 1)",
@@ -46,6 +46,17 @@ const TEXTS: [&str; 33] = [
     "rule a(n) { box(n, 1, 1) b(n + 1) } rule b(n) { move(1, n, 0) c(n * 2) } rule c(n) { sphere(n) box(random(), n, g(n)) }
      function g(n) = h(n) * random() function h(n, k = n * level + random()) = n + k\nfor i in 7 a(i)",
     "part p(n) { for i in 3 move(i, n, 0) box(1, random(), n) } for i in 3 p(i) let w = 3 for i in w box(w, i, 1)",
+    "rule b(l, r = l / 9 + random()) levels 4 { box(r, l, level + 1)
+       move(0, l, 0) tilt(random(-9, 9)) roll(random(-9, 9)) b(l * 0.7)
+       for i in 3 move(0, l * (0.5 + i / 5), 0) turn(i * 120 + random(0, 9)) tilt(40) b(l * random(0.6, 0.8), r * random()) }
+     then sphere(l, sides = 5) move(1, 2, 3) b(2)",
+    "rule b(l) levels 3 { if l > 0.3 cone(l, 1, sides = 3) for i in 9 scale(0.5) turn(i * 40) b(l - 0.2 * random()) } for i in 2 move(i, 0, 0) b(1)",
+    "rule b(l) levels 3 { box(l, l, l) for i in 4 move(l, 0, 0) b(1 / (i - 2 + 2 * (level < 1))) } move(1, 0, 0) b(1)",
+    "part p(n) { box(n, 1, random()) for i in 3 move(i, n, 0) p2(n + i) } part p2(n) { sphere(n + 1, sides = 4) } for i in 30 move(i, 0, 0) turn(i) p(mod(i, 4))",
+    "part p(n, m = 1 / (n - 3)) { box(n, 1, 1) } for i in 9 move(i, 0, 0) p(i)",
+    "material m { colour = #fff } rule b(l) levels 2 { paint m { move(l, 0, 0) b(l + 1) } paint m move(0, l, 0) { b(l) } box(l, 1, 1) } then sphere(1, sides = 4) turn(9) b(1)",
+    "rule b(l) levels 2 { let k = l * 2 move(l, 0, 0) { let n = k + 1 turn(n) b(n) } box(k, 1, 1) } then box(1, 1, l) for i in 5 move(9 * i, 1e9 * (i > 3), 1) b(i)",
+    "rule b(l) levels 2 { for v, w in [[1, 2], [3, 4], [5, 0.5]] { move(v, w, 0) b(v / w) } for v in [1, 2, [3]] move(v, 0, 0) b(l) } then box(l, 1, 1) move(1, 1, 1) b(1)",
 ];
 
 /// What grew, with every bit of its numbers, or what was said.
