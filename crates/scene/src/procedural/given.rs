@@ -11,13 +11,11 @@ use super::spelling::nearest;
 use super::value::Value;
 
 impl Program {
-    /// The text of the first file with these values as its parameters' own: alone it grows what this program grows with them.
-    ///
-    /// # Errors
-    /// When it has no parameter of a name.
-    pub fn text_given(&self, values: &BTreeMap<String, Value>) -> Result<String, Box<DcgError>> {
-        let module = &self.modules[0];
-        self.refuse_unknown(values.keys())?;
+    /// The text of a file, as it was imported, with these values as its parameters' own: it grows what this program grows of it
+    /// with them. Nothing for a file that the program does not have; names that are none of its parameters change nothing.
+    #[must_use]
+    pub fn text_given(&self, file: &str, values: &BTreeMap<String, Value>) -> Option<String> {
+        let module = self.modules.iter().find(|module| module.file == file)?;
         let mut text = String::with_capacity(module.text.len());
         let mut copied = 0;
         for parameter in &module.parameters {
@@ -36,7 +34,7 @@ impl Program {
             }
             copied = parameter.default.end;
         }
-        Ok(text + &module.text[copied..])
+        Some(text + &module.text[copied..])
     }
 
     /// Whether the model takes parameters that it is given.

@@ -9,6 +9,9 @@ use super::value::Value;
 pub struct Recipe {
     /// The file that declares it, as it was imported.
     pub file: String,
+    /// What the file was given for parameters of its own; a text that has them as its own is
+    /// [`Program::text_given`](super::Program::text_given).
+    pub given: Vec<(String, Value)>,
     /// The part; `None` for the file as a whole.
     pub part: Option<String>,
     /// A value for each of its parameters, in order.
@@ -16,7 +19,8 @@ pub struct Recipe {
 }
 
 impl Recipe {
-    /// Rules that place this part and nothing else: grown with the same seed and level of detail, part 1 is the same.
+    /// Rules that place this part and nothing else: grown with the same seed and level of detail, part 1 is the same, where the
+    /// file has what it was given as its own.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = format!("import \"{}\" as rules rules", self.file);

@@ -12,6 +12,7 @@ mod poses;
 mod scene;
 #[cfg(test)]
 mod tests;
+mod texts;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -27,6 +28,7 @@ use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 use crate::source::SourceScene;
 pub(super) use node::{Nursery, Planting, wanted};
+use texts::texts_of;
 
 /// Rules, what grew out of them, and the scene that it makes.
 #[derive(Debug)]
@@ -86,10 +88,10 @@ fn planted(
 ) -> Result<Growth, ImportError> {
     let program = program(path, bytes, ground)?;
     let beside = Beside::of(path, ground);
-    let grown = grow(&program, settings)?;
+    let mut grown = grow(&program, settings)?;
     let mut defects = Defects::default();
-    let texts = program.files().map(|(name, text)| (name.to_owned(), text.to_owned()));
-    let rules = (Arc::new(texts.collect()), settings.seed);
+    let texts = texts_of(&program, &mut grown);
+    let rules = (Arc::new(texts), settings.seed);
     let mut of_models = Defects::default();
     let growing = scene::Growing {
         rules: &rules,
@@ -150,12 +152,16 @@ fn given(
     if sowing.parameters.is_empty() {
         return Ok(bytes);
     }
-    let program = program(path, bytes, ground)?;
+    let program = program(path, bytes.clone(), ground)?;
     program.refuse_given(&Settings {
         parameters: sowing.parameters.clone(),
         ..settings.clone()
     })?;
-    Ok(program.text_given(&sowing.parameters)?.into_bytes())
+    let mut files = program.files();
+    let text = files
+        .next()
+        .and_then(|(file, _)| program.text_given(file, &sowing.parameters));
+    Ok(text.map_or(bytes, String::into_bytes))
 }
 
 /// What rules may take of what a source may.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use belvedere_scene::procedural::Value;
+use belvedere_scene::procedural::{Loader, Program, Settings, Value, grow};
 use serde_json::json;
 
 use super::{Ground, Sowing};
@@ -10,7 +10,7 @@ use crate::glb::write_whole;
 use crate::import::testing::Gltf;
 use crate::import::{FileError, ImportError, Imported, Limits, SourceFiles, import, import_sown};
 use crate::progress::Silent;
-use crate::source::{AuthoredShape, Primitive, Role};
+use crate::source::{AuthoredShape, Primitive, Role, SourceRecipe};
 
 const GATE: &str = "
 parameter height = 2 from 1 to 9
@@ -349,6 +349,51 @@ fn a_node_that_asks_for_rules_wrongly_is_told() {
 }
 
 /// Some exporters know no whole numbers.
+#[test]
+fn parts_of_a_file_that_was_given_something_are_grown_from_a_text_that_has_it() {
+    const POSTS: &str = "parameter n = 2 from 1 to 20 parameter tall = 1 + n / 4 import \"paint.dcg\" as shades
+        let wide = n / 10 + random(0, 0.1)
+        part post(h) { paint shades.wood(n) box(wide, h * tall, random(0.1, 0.2)) }
+        for i in n move(i, 0, 0) post(mod(i, 2) + 1)";
+    const PAINT: &str = "material wood(n) { colour = [n / 20, 0.5, 0] }";
+    let files = [("posts.dcg", POSTS.into()), ("paint.dcg", PAINT.into())];
+    let two = "import \"posts.dcg\" as posts posts() move(0, 0, 9) posts(n = 5) move(0, 0, 20) posts(5, tall = 3) move(0, 0, 30) posts(5)";
+    let wish = json!({"procedural": "posts.dcg", "parameters": {"n": 7}, "seed": 3});
+    let mut gltf = Gltf::triangle();
+    gltf.push("nodes", json!({"name": "row", "extras": {"belvedere": wish}}));
+    gltf.json["scenes"][0]["nodes"] = json!([1]);
+    for (imported, given) in [(rules(two, &files), 3), (read("row.glb", gltf.glb(), &files), 1)] {
+        let scene = imported.unwrap().scene;
+        let mut texts = BTreeMap::new();
+        for model in &scene.models {
+            let SourceRecipe {
+                texts: all,
+                recipe,
+                seed,
+            } = model.recipe.as_ref().unwrap();
+            *texts.entry(&all[&recipe.file]).or_insert(0) += 1;
+            let settings = Settings {
+                seed: *seed,
+                ..Settings::default()
+            };
+            let program = Program::read("alone", recipe.text(), &Texts(all)).unwrap();
+            let alone = grow(&program, &settings).unwrap();
+            assert_eq!(alone.parts[1].meshes[0].positions, model.primitives[0].positions);
+        }
+        // Posts of two heights for each way in which the file was given something.
+        assert_eq!(texts.into_values().collect::<Vec<_>>(), vec![2; given]);
+    }
+}
+
+/// The texts of a recipe.
+struct Texts<'t>(&'t BTreeMap<String, String>);
+
+impl Loader for Texts<'_> {
+    fn load(&self, path: &str) -> Result<String, String> {
+        self.0.get(path).cloned().ok_or_else(|| path.to_owned())
+    }
+}
+
 #[test]
 fn a_seed_that_is_written_with_a_point_is_what_it_is() {
     let grown = |seed: serde_json::Value| {

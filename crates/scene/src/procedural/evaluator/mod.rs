@@ -114,8 +114,8 @@ struct Turtle {
 /// A file with values for its parameters.
 #[derive(Debug)]
 struct ModuleInstance {
-    /// Whether nothing was given to it.
-    is_default: bool,
+    /// The parameters that were given to it.
+    given: Vec<usize>,
     values: Vec<Option<Value>>,
     /// Its materials without parameters, once they are computed.
     surfaces: Vec<Option<usize>>,

@@ -6,6 +6,7 @@ use crate::procedural::affine::Affine;
 use crate::procedural::error::DcgError;
 use crate::procedural::grown::Part;
 use crate::procedural::problem::Problem;
+use crate::procedural::recipe::Recipe;
 use crate::procedural::syntax::{At, Call, Parameter};
 use crate::procedural::value::Value;
 
@@ -107,8 +108,13 @@ impl<'p> Evaluator<'p> {
         self.accounts[part].finished = true;
         let names = body.parameters.iter().map(|parameter| parameter.formal.name.clone());
         let values = self.instances[instance].values.iter().flatten().cloned();
-        let parameters = names.zip(values).collect();
-        self.note_recipe(part, turtle.material, module, None, parameters);
+        let recipe = Recipe {
+            file: body.file.clone(),
+            given: Vec::new(),
+            part: None,
+            parameters: names.zip(values).collect(),
+        };
+        self.note_recipe(part, turtle.material, recipe);
         Ok(part)
     }
 
@@ -122,9 +128,9 @@ impl<'p> Evaluator<'p> {
         let file = &self.program.modules[module];
         let count = file.parameters.len() + file.globals.len();
         let instance = self.instances.len();
-        let is_default = given.iter().all(Option::is_none);
+        let those_given = given.iter().enumerate().filter(|(_, value)| value.is_some());
         self.instances.push(ModuleInstance {
-            is_default,
+            given: those_given.map(|(slot, _)| slot).collect(),
             values: vec![None; count],
             surfaces: vec![None; file.materials.len()],
         });
