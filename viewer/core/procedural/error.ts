@@ -57,9 +57,9 @@ function placeOf(whole: string, place: number): { line: number; column: number; 
   return { line: lineOf(source, at), column: [...before.slice(start)].length + 1, text };
 }
 
-/** What a terminal would take for an order becomes a replacement character. */
+/** What a terminal would take for an order, to write from right to left too, becomes a replacement character. */
 function printable(text: string): string {
-  return text.replace(/[^\P{Cc}\n\t]/gu, "\ufffd");
+  return text.replace(/[^\P{Cc}\n\t]|[\u202a-\u202e\u2066-\u2069]/gu, "\ufffd");
 }
 
 /** The line in which a place lies, counted from 1. Lines end as on any machine, old ones too. */
@@ -70,7 +70,24 @@ export function lineOf(text: string, at: number): number {
 export function unknown(kind: string, name: string, known: readonly string[]): string {
   const suggestion = nearest(name, known);
   const article = /^[aeiou]/.test(kind) ? "an" : "a";
-  return `\`${name}\` is not ${article} ${kind} here${suggestion === undefined ? "" : `; did you mean \`${suggestion}\`?`}`;
+  const wayOut =
+    suggestion === undefined ? `declare it, as in \`${declared(kind, name)}\`` : `did you mean \`${suggestion}\`?`;
+  return `\`${name}\` is not ${article} ${kind} here; ${wayOut}`;
+}
+
+function declared(kind: string, name: string): string {
+  switch (kind) {
+    case "rule":
+      return `rule ${name}() { … }`;
+    case "function":
+      return `function ${name}(x) = …`;
+    case "material":
+      return `material ${name} { colour = #888 }`;
+    case "imported file":
+      return `import "${name}.dcg" as ${name}`;
+    default:
+      return `let ${name} = …`;
+  }
 }
 
 /** Most names that a message lists. */

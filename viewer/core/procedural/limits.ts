@@ -1,6 +1,8 @@
 /** How much may a model take, and how much of that has it taken? As `crates/scene/src/procedural/limits.rs`. */
 
 export const MAX_TEXT_BYTES = 2 ** 20;
+/** Most bytes of all files of one model: what is read of them takes some hundred times as much memory. */
+export const MAX_ALL_TEXT_BYTES = 2 ** 22;
 export const MAX_MODULES = 256;
 /** Most letters of a name. */
 export const MAX_NAME = 255;
@@ -64,6 +66,7 @@ const WAYS_OUT: Readonly<Record<string, string>> = {
   triangles: "use fewer sides or steps, or a `part` for what is repeated",
   placements: "place fewer, or split the world into several files",
   parts: "give parts parameters that take fewer different values, and call less by names of its own",
+  "bytes of text in all files": "leave out what is not used, or make several models of it",
   materials: "let their parameters take fewer different values",
 };
 

@@ -10,7 +10,7 @@ import {
   unknownArgument,
   unknownOfFile,
 } from "./error.ts";
-import { MAX_MODULES, reached } from "./limits.ts";
+import { MAX_ALL_TEXT_BYTES, MAX_MODULES, reached } from "./limits.ts";
 import { parse } from "./parser/index.ts";
 import { SOLIDS, solidNamed } from "./solid/kinds.ts";
 import {
@@ -39,12 +39,18 @@ export interface Program {
 export function readProgram(file: string, text: string, load: Load): Program {
   const modules = [parse(file, text)];
   const known = new Map([[file, 0]]);
+  let textBytes = bytesOf(text);
   for (const module of modules) {
     for (const item of module.imports) {
       const index = known.get(item.path) ?? modules.length;
       if (index === modules.length) {
         if (index === MAX_MODULES) throw errorAt(module, item.at, reached("files", MAX_MODULES));
-        modules.push(parse(item.path, loaded(module, item, load)));
+        const imported = loaded(module, item, load);
+        textBytes += bytesOf(imported);
+        if (textBytes > MAX_ALL_TEXT_BYTES) {
+          throw errorAt(module, item.at, reached("bytes of text in all files", MAX_ALL_TEXT_BYTES));
+        }
+        modules.push(parse(item.path, imported));
         known.set(item.path, index);
       }
       item.module = index;
@@ -54,6 +60,10 @@ export function readProgram(file: string, text: string, load: Load): Program {
   const program = { modules, names: modules.map(namesOf) };
   for (const index of modules.keys()) linkCalls(program, index);
   return program;
+}
+
+function bytesOf(text: string): number {
+  return new TextEncoder().encode(text).length;
 }
 
 /** The same program with another first file, which imports only what the one before did. Throws a {@link DcgError}. */

@@ -45,9 +45,10 @@ impl fmt::Display for DcgError {
     }
 }
 
-/// What a terminal would take for an order becomes a replacement character.
+/// What a terminal would take for an order, to write from right to left too, becomes a replacement character.
 fn printable(text: &str) -> String {
-    let is_order = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    let turns = |c: char| matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let is_order = |c: char| (c.is_control() && !matches!(c, '\n' | '\t')) || turns(c);
     text.replace(is_order, "\u{fffd}")
 }
 

@@ -4,6 +4,8 @@ use super::problem::Problem;
 
 /// Most bytes of one file of rules.
 pub const MAX_TEXT_BYTES: usize = 1 << 20;
+/// Most bytes of all files of one model: what is read of them takes some hundred times as much memory.
+pub const MAX_ALL_TEXT_BYTES: usize = 4 << 20;
 /// Most files of one model.
 pub const MAX_MODULES: usize = 256;
 /// Most letters of a name.
@@ -82,12 +84,14 @@ pub struct Usage {
     pub kept: u64,
     /// Files, the first included.
     pub files: u64,
+    /// Bytes of all files.
+    pub text: u64,
 }
 
 impl Usage {
     /// Name, taken and allowed, for each limit.
     #[must_use]
-    pub fn of(&self, limits: &Limits) -> [(&'static str, u64, u64); 9] {
+    pub fn of(&self, limits: &Limits) -> [(&'static str, u64, u64); 10] {
         [
             ("levels", self.levels.into(), limits.levels.into()),
             ("nesting", self.nesting.into(), limits.nesting.into()),
@@ -98,6 +102,7 @@ impl Usage {
             ("materials", self.materials, limits.materials),
             ("numbers kept", self.kept, limits.kept),
             ("files", self.files, MAX_MODULES as u64),
+            ("bytes of text", self.text, MAX_ALL_TEXT_BYTES as u64),
         ]
     }
 }
@@ -115,6 +120,7 @@ pub fn reached(what: &'static str, limit: u64) -> Problem {
         "triangles" => "use fewer sides or steps, or a `part` for what is repeated",
         "placements" => "place fewer, or split the world into several files",
         "parts" => "give parts parameters that take fewer different values, and call less by names of its own",
+        "bytes of text in all files" => "leave out what is not used, or make several models of it",
         "materials" => "let their parameters take fewer different values",
         _ => "make it smaller",
     };

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::error::DcgError;
-use super::limits::{MAX_MODULES, reached};
+use super::limits::{MAX_ALL_TEXT_BYTES, MAX_MODULES, reached};
 use super::operation::BuiltIn;
 use super::parser::parse;
 use super::problem::Problem;
@@ -44,6 +44,7 @@ impl Program {
     pub fn read(file: &str, text: String, loader: &dyn Loader) -> Result<Self, Box<DcgError>> {
         let mut modules = vec![parse(file, text)?];
         let mut known = BTreeMap::from([(file.to_owned(), 0)]);
+        let mut text_bytes = modules[0].text.len();
         let mut next = 0;
         while next < modules.len() {
             for i in 0..modules[next].imports.len() {
@@ -59,6 +60,11 @@ impl Program {
                             let path = path.clone();
                             modules[next].error(at, Problem::Import { path, reason })
                         })?;
+                        text_bytes += text.len();
+                        if text_bytes > MAX_ALL_TEXT_BYTES {
+                            let reached = reached("bytes of text in all files", MAX_ALL_TEXT_BYTES as u64);
+                            return Err(modules[next].error(at, reached));
+                        }
                         modules.push(parse(&path, text)?);
                         known.insert(path, modules.len() - 1);
                         modules.len() - 1

@@ -117,7 +117,7 @@ pub enum Problem {
         wanted: &'static str,
     },
     /// A name that is not known.
-    #[error("{name} is not {kind} here{suggestion}", name = quoted(.name), kind = with_article(.kind), suggestion = suggested(.suggestion))]
+    #[error("{name} is not {kind} here{suggestion}", name = quoted(.name), kind = with_article(.kind), suggestion = suggested(.suggestion, .kind, .name))]
     Unknown {
         /// What was looked for.
         kind: &'static str,

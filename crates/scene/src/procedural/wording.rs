@@ -89,8 +89,17 @@ pub(super) fn quoted(name: &str) -> String {
     format!("`{name}`")
 }
 
-pub(super) fn suggested(suggestion: &Option<String>) -> String {
-    suggestion
-        .as_ref()
-        .map_or(String::new(), |name| format!("; did you mean `{name}`?"))
+/// A name that was meant, or how such a one is given.
+pub(super) fn suggested(suggestion: &Option<String>, kind: &str, name: &str) -> String {
+    if let Some(name) = suggestion {
+        return format!("; did you mean `{name}`?");
+    }
+    let declaration = match kind {
+        "rule" => format!("rule {name}() {{ … }}"),
+        "function" => format!("function {name}(x) = …"),
+        "material" => format!("material {name} {{ colour = #888 }}"),
+        "imported file" => format!("import \"{name}.dcg\" as {name}"),
+        _ => format!("let {name} = …"),
+    };
+    format!("; declare it, as in `{declaration}`")
 }

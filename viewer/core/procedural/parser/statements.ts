@@ -11,7 +11,7 @@ import {
   THEN,
   tooManyArguments,
   unclosed,
-  unknown,
+  unknownArgument,
   withoutLet,
 } from "../error.ts";
 import { type Formals, IMPOSTOR, listsOf, SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
@@ -97,7 +97,7 @@ export class StatementParser extends ExpressionParser {
       case "viewpoint":
         return { kind: "viewpoint", at, name: this.text("the viewpoint's name in quotes") };
       case "impostor": {
-        const numbers = this.givenTo("impostor", "parameter of an impostor", IMPOSTOR, at);
+        const numbers = this.givenTo("impostor", IMPOSTOR, at);
         return { kind: "impostor", at, numbers: rowOf("numbers", ...numbers) };
       }
       case "model":
@@ -155,7 +155,7 @@ export class StatementParser extends ExpressionParser {
   }
 
   private solid(solid: SolidKind, at: At): Statement {
-    const args = this.givenTo(solid, "parameter of this solid", SOLIDS[solid], at);
+    const args = this.givenTo(solid, SOLIDS[solid], at);
     // The top of a cone is computed before its height.
     if (solid === "cone") args.splice(1, 2, ...args.slice(1, 3).reverse());
     const lists = args.slice(0, listsOf(solid)).map((list) => rowOf("rows", list));
@@ -163,14 +163,14 @@ export class StatementParser extends ExpressionParser {
   }
 
   /** Arguments in brackets, each at the place of its formal; what is not given is what it is then. */
-  private givenTo(callee: string, what: string, formals: Formals, at: At): Written[] {
+  private givenTo(callee: string, formals: Formals, at: At): Written[] {
     const found: (Written | undefined)[] = formals.map(() => undefined);
     this.args().forEach((argument, place) => {
       const { name } = argument;
       const index = name === undefined ? place : formals.findIndex(([known]) => known === name);
       if (name !== undefined && index < 0) {
         const names = formals.map(([known]) => known);
-        throw new Fault(argument.at, unknown(what, name, names));
+        throw new Fault(argument.at, unknownArgument(name, callee, names));
       }
       const formal = formals[index];
       if (!formal) throw new Fault(argument.at, tooManyArguments(callee, formals.length));

@@ -240,15 +240,20 @@ impl<'a> Beside<'a> {
             folder,
             files: self.files,
         };
-        super::import_on(
-            Ground {
-                files: &files,
-                ..ground
-            },
-            &path,
-            bytes,
-            Asker::Placed,
-        )
+        let ground = Ground {
+            files: &files,
+            ..ground
+        };
+        super::import_on(ground, &path, bytes, Asker::Placed).map_err(|cause| match cause {
+            ImportError::NothingToDraw { .. }
+            | ImportError::UnknownFormat { .. }
+            | ImportError::Glb(_)
+            | ImportError::Json(_)
+            | ImportError::NotGltf(_)
+            | ImportError::Version { .. }
+            | ImportError::RequiredExtension { .. } => missing(cause.to_string()),
+            _ => cause,
+        })
     }
 }
 

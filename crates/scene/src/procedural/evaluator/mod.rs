@@ -201,6 +201,7 @@ impl<'p> Evaluator<'p> {
         self.usage.parts = self.parts.len() as u64;
         self.usage.materials = self.materials.len() as u64;
         self.usage.files = self.program.modules.len() as u64;
+        self.usage.text = self.program.modules.iter().map(|module| module.text.len() as u64).sum();
         self.usage.placements = self.accounts[0].placements;
         Ok(Grown {
             parts: self.parts,

@@ -2,7 +2,7 @@
 
 use super::declaration::{DECLARATIONS, STATEMENTS, is_reserved};
 use super::expression::unnamed;
-use super::{Parsed, Parser, unknown};
+use super::{Parsed, Parser};
 use crate::procedural::lexer::Kind;
 use crate::procedural::problem::Problem;
 use crate::procedural::solid::{Formals, IMPOSTOR, SolidKind};
@@ -105,7 +105,7 @@ impl<'t> Parser<'t> {
             }),
             "impostor" => Ok(Statement::Impostor {
                 at: token.at,
-                arguments: self.given("impostor", "parameter of an impostor", IMPOSTOR, token.at)?,
+                arguments: self.given("impostor", IMPOSTOR, token.at)?,
             }),
             "model" => {
                 let path = self.text("a glTF file in quotes")?.to_owned();
@@ -204,7 +204,7 @@ impl<'t> Parser<'t> {
     }
 
     fn solid(&mut self, kind: SolidKind, at: At) -> Parsed<Statement> {
-        let arguments = self.given(kind.name(), "parameter of this solid", kind.formals(), at)?;
+        let arguments = self.given(kind.name(), kind.formals(), at)?;
         let plan = self.plan();
         Ok(Statement::Solid {
             kind,
@@ -215,20 +215,20 @@ impl<'t> Parser<'t> {
     }
 
     /// Arguments in brackets, each at the place of its formal.
-    fn given(
-        &mut self,
-        callee: &'static str,
-        formal: &'static str,
-        formals: Formals,
-        at: At,
-    ) -> Parsed<Vec<Option<Written>>> {
+    fn given(&mut self, callee: &'static str, formals: Formals, at: At) -> Parsed<Vec<Option<Written>>> {
         let mut found: Vec<Option<Written>> = vec![None; formals.len()];
         for (place, argument) in self.arguments()?.into_iter().enumerate() {
             let index = match &argument.name {
                 None => place,
                 Some(name) => formals.iter().position(|(known, _)| known == name).ok_or_else(|| {
-                    let names = formals.iter().map(|(name, _)| *name);
-                    (argument.value.at, unknown(formal, name, names))
+                    let names = || formals.iter().map(|(name, _)| *name);
+                    let problem = Problem::UnknownArgument {
+                        name: name.clone(),
+                        callee: callee.to_owned(),
+                        suggestion: nearest(name, names()),
+                        known: names().map(str::to_owned).collect(),
+                    };
+                    (argument.value.at, problem)
                 })?,
             };
             match found.get_mut(index) {

@@ -1,7 +1,7 @@
 //! Where does it end? What is too much is refused, and what is declared holds what it should.
 
 use super::{complaint, corners, grown, read};
-use crate::procedural::{Limits, Settings, grow};
+use crate::procedural::{Limits, Loader, Program, Settings, grow};
 
 #[test]
 fn bombs_end_at_their_limits() {
@@ -123,4 +123,26 @@ fn the_nearest_value_of_a_name_counts_and_is_gone_behind_its_braces() {
     assert_eq!(widths(&text.replace("WIDE", "")), 6.0);
     assert_eq!(widths(&text.replace("WIDE", "box(5 * a, 1, 1)")), 7.5);
     assert!(complaint(&text.replace("WIDE", "box(b, 1, 1)")).contains("`b` is not a value here"));
+}
+
+/// Long comments in every file that is imported.
+struct Long;
+
+impl Loader for Long {
+    fn load(&self, path: &str) -> Result<String, String> {
+        let next = path
+            .trim_end_matches(".dcg")
+            .parse::<u32>()
+            .map_err(|_| path.to_owned())?
+            + 1;
+        Ok(format!("// {}\nimport \"{next}.dcg\" as next", "x".repeat(1 << 19)))
+    }
+}
+
+#[test]
+fn texts_of_all_files_together_are_bounded() {
+    let error = Program::read("first.dcg", "import \"1.dcg\" as one".to_owned(), &Long).unwrap_err();
+    assert_eq!(error.file, "7.dcg");
+    let wanted = "line 2, column 8: more than 4194304 bytes of text in all files; leave out what is not used";
+    assert!(error.to_string().contains(wanted), "{error}");
 }

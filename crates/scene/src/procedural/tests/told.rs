@@ -12,7 +12,23 @@ fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
         ),
         (
             "box(1, 1, dpth = 1)",
-            "line 1, column 11: `dpth` is not a parameter of this solid here; did you mean `depth`?",
+            "line 1, column 11: `dpth` is not a parameter of `box`; did you mean `depth`?",
+        ),
+        (
+            "box(1, 1, 1, sdes = 4)",
+            "line 1, column 14: `sdes` is not a parameter of `box`; it takes `width`, `height`, `depth`",
+        ),
+        (
+            "foo(1)",
+            "line 1, column 1: `foo` is not a rule here; declare it, as in `rule foo() { … }`",
+        ),
+        (
+            "paint plaster box(yy, 1, 1)",
+            "line 1, column 7: `plaster` is not a material here; declare it, as in `material plaster { colour = #888 }`",
+        ),
+        (
+            "box(yy, 1, 1)",
+            "line 1, column 5: `yy` is not a value here; declare it, as in `let yy = …`",
         ),
         (
             "box(1, 1)",
