@@ -6,6 +6,7 @@
 import type { Bounds } from "../../core/geometry.ts";
 import type { PlacedObject } from "../../core/objects.ts";
 import { PRIORITY } from "../../core/priority.ts";
+import { reasonOf } from "../../core/reason.ts";
 import { type Hidden, hiddenFrom, neighboursOf, type Preparation, reasonsAt } from "../../core/survey.ts";
 import { boxes, hull, type Ink, outlined, pyramid } from "../../three/overlay.ts";
 import { make, write } from "../dom.ts";
@@ -92,16 +93,15 @@ export class Layers implements Section {
     const others = hidden.objects.length - hidden.absent;
     const told = `${hidden.objects.length} of ${all} objects are hidden. Nothing of ${hidden.absent} of them is here: ${share} saved.`;
     const here = ` The models of ${others} are here: in sight too, seen before, or fetched ahead.`;
-    return `${told}${others > 0 ? here : ""} Fly out and look.`;
+    const unknown = this.unknown && ` ${this.unknown}.`;
+    return `${told}${others > 0 ? here : ""}${unknown} Fly out and look.`;
   }
 
   private async findHidden(): Promise<void> {
     const { explorer } = this.visit;
-    try {
-      this.all = await explorer.directory.everything(PRIORITY.prefetch);
-    } catch (error) {
-      this.unknown = `What else there is cannot be told: ${String(error)}`;
-    }
+    const { objects, loss } = await explorer.directory.everything(PRIORITY.prefetch);
+    this.all = objects;
+    this.unknown = loss ? `That is not all: ${reasonOf(loss.error)}` : "";
     this.update();
   }
 
