@@ -128,6 +128,8 @@ async function panels(page, name, touch) {
   insist((await button(page, "Fly").getAttribute("aria-pressed")) === "true", `${name}: the fly button shows nothing`);
   insist((await page.evaluate(() => window.belvedere.state().mode)) === "fly", `${name}: its button does not fly`);
   await roomFor(page, `${name}-fly`, "mode", "tools", "choices", "hud");
+  const speaksOfKeys = /\bF\b/.test(await page.locator("#mode").innerText());
+  insist(speaksOfKeys !== Boolean(touch), `${name}: who ${touch ? "has fingers" : "has keys"} is told of the other`);
   await button(page, "Fly").click();
   if (touch) {
     for (const [x, y] of [
@@ -138,8 +140,14 @@ async function panels(page, name, touch) {
     }
   }
   await button(page, "Inspector").click();
-  await roomFor(page, `${name}-inspector`, "inspector", "hud");
+  await roomFor(page, `${name}-inspector`, "inspector", "hud", "tools");
   await nameControls(page, `${name} with the inspector`);
+  await hitControls(page, `${name} with the inspector`, touch);
+  // On a small screen it makes room for what is opened from beside it.
+  await button(page, "Map").click();
+  await roomFor(page, `${name}-inspector-map`, "map", "tools");
+  await button(page, "Map").click();
+  if (await page.locator("#inspector").isHidden()) await button(page, "Inspector").click();
   await button(page, "Close the inspector").click();
   insist(await page.locator("#inspector").isHidden(), `${name}: the inspector does not close`);
   await page.reload();

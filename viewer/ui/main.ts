@@ -160,6 +160,7 @@ function start(stage: Stage, { scene, scenes, isRoofed }: Opened, network: Netwo
     toggled: (open) => {
       document.body.classList.toggle("inspecting", open);
       inspectorToggle.setAttribute("aria-pressed", String(open));
+      if (open) makeRoom(help, map, ...folds);
       keepFocus();
     },
   });
@@ -168,14 +169,14 @@ function start(stage: Stage, { scene, scenes, isRoofed }: Opened, network: Netwo
   const mapToggle = element("map-toggle", HTMLButtonElement);
   const map = new MapPanel(visit, (open) => {
     mapToggle.setAttribute("aria-pressed", String(open));
-    if (open) makeRoom(help, ...folds);
+    if (open) makeRoom(panel, help, ...folds);
     keepFocus();
   });
   element("middle", HTMLDivElement).append(map.element);
   mapToggle.onclick = () => map.toggle();
   map.people = () => company.movers.map(({ position }) => position);
   const help = new HelpPanel((open) => {
-    if (open) makeRoom(map, ...folds);
+    if (open) makeRoom(panel, map, ...folds);
   });
   const figures = new Fold(
     element("hud-fold", HTMLButtonElement),
