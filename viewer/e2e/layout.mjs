@@ -214,7 +214,9 @@ async function inForcedColours(page) {
     const probe = document.createElement("i");
     probe.style.cssText = "color: CanvasText; forced-color-adjust: none";
     document.body.append(probe);
-    const [red, green, blue] = getComputedStyle(probe).color.match(/[\d.]+/g).map(Number);
+    const [red, green, blue] = getComputedStyle(probe)
+      .color.match(/[\d.]+/g)
+      .map(Number);
     const map = document.querySelector("#map canvas");
     const { data } = map.getContext("2d").getImageData(0, 0, map.width, map.height);
     let pixels = 0;
