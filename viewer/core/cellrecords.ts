@@ -1,11 +1,12 @@
 /**
  * What is visible from which cell, as far as it was learnt, and with which doors closed? Records come alone, or as steps from the
- * cell next door where that costs less.
+ * cell next door where that costs less, or where the record is lost.
  */
 import type { CellIndex } from "./cellindex.ts";
 import { type CellRecord, type DecodedRecord, followStep, visibleObjects } from "./cellrecord.ts";
 import type { CellEntry } from "./documents.ts";
 import { HEADER_BYTES } from "./linemeter.ts";
+import { passes } from "./losses.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
 
@@ -50,7 +51,7 @@ export class CellRecords {
   /** The record of any cell, fetched when needed. */
   async read(cell: number, priority: number): Promise<CellRecord> {
     const known = this.records.get(cell) ?? (await this.stepped(cell, priority));
-    const decoded = known ?? (await this.scene.record(await this.index.entry(cell, priority), priority));
+    const decoded = known ?? (await this.somehow(await this.index.entry(cell, priority), priority));
     this.records.set(cell, decoded);
     for (const { door } of decoded.record.portals) if (door !== undefined) this.doorways.add(door);
     return decoded.record;
@@ -60,14 +61,36 @@ export class CellRecords {
   private async stepped(cell: number, priority: number): Promise<DecodedRecord | undefined> {
     const from = this.stepping;
     if (!from?.entry.adjacent.includes(cell)) return undefined;
+    // The record itself is still to be had, and says what is wrong when it is not.
+    return this.step(from.entry, cell, priority, async () => from.decoded).catch(() => undefined);
+  }
+
+  /** A cell's own record; where that is lost, what the record of a cell next door and the step from there say, as in `client/src/records.rs`. */
+  private async somehow(entry: CellEntry, priority: number): Promise<DecodedRecord> {
     try {
-      const step = (await this.scene.steps(from.entry, priority))?.to.get(cell);
-      const decoded = step && (await this.scene.decodePieces(followStep(from.decoded, step)));
-      return decoded?.record.cell === cell ? decoded : undefined;
-    } catch {
-      // The record itself is still to be had, and says what is wrong when it is not.
-      return undefined;
+      return await this.scene.record(entry, priority);
+    } catch (error) {
+      if (passes(error)) throw error;
+      for (const next of await this.index.entriesOf(entry.adjacent, priority)) {
+        const from = async () => this.records.get(next.cell) ?? this.scene.record(next, priority);
+        // A neighbour of which nothing can be had, either, is no failure of this cell.
+        const stepped = await this.step(next, entry.cell, priority, from).catch(() => undefined);
+        if (stepped) return stepped;
+      }
+      throw error;
     }
+  }
+
+  /** The record of a cell next door to another, whose record `read` brings; `undefined` when its steps do not lead there. */
+  private async step(
+    from: CellEntry,
+    cell: number,
+    priority: number,
+    read: () => Promise<DecodedRecord>,
+  ): Promise<DecodedRecord | undefined> {
+    const step = (await this.scene.steps(from, priority))?.to.get(cell);
+    const decoded = step && (await this.scene.decodePieces(followStep(await read(), step)));
+    return decoded?.record.cell === cell ? decoded : undefined;
   }
 
   /** Learns what is visible from every neighbour: from one object with all steps where that costs less. */

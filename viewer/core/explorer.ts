@@ -83,7 +83,7 @@ export class Explorer implements NavigationSpace, Surveyed {
     private readonly events: ExplorerEvents,
   ) {
     scene.workWithin(budget);
-    this.directory = new ObjectDirectory(scene, options.uses);
+    this.directory = new ObjectDirectory(scene, options.uses, events.problem);
     this.index = new CellIndex(scene, events.problem);
     this.records = new CellRecords(scene, this.index);
     this.navigation = new MetCells(this.index, this.records);

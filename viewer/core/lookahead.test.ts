@@ -16,7 +16,7 @@ function nextDoor(seen: () => readonly number[]) {
     recordOf: () => undefined,
   } as unknown as KnownCells;
   const records = { read: async (cell: number) => ({ cell }), seenFrom: seen } as unknown as CellRecords;
-  const behold = async (ids: readonly number[]) => ids.map((id) => placedAhead(id, id, 1, [0]));
+  const behold = async (ids: readonly number[]) => ({ objects: ids.map((id) => placedAhead(id, id, 1, [0])) });
   let told = 0;
   const ahead = new LookAhead(records, { behold } as unknown as ObjectDirectory, cells, () => {
     told += 1;

@@ -81,8 +81,9 @@ export class LookAhead {
     try {
       const record = await this.records.read(cell, priority);
       const ids = this.records.seenFrom(record);
-      const objects = await this.directory.behold(ids, { documents: priority, models: priority });
+      const { objects, loss } = await this.directory.behold(ids, { documents: priority, models: priority });
       place.objects = ofEachModel(objects);
+      if (loss) place.loss = loss;
       place.priority = Number.NEGATIVE_INFINITY;
       if (this.places.get(cell) === place) this.changed();
     } catch (error) {

@@ -130,7 +130,7 @@ export class ModelFiles {
     return text;
   }
 
-  /** A level's GLB, out of its pack where that is worth it. One that cannot be had so is fetched alone. */
+  /** A level's GLB, out of its pack where that is worth it, or where it is lost alone. One that cannot be had so is fetched alone. */
   private async fetchGlb(load: Load, level: Level, packs: ReadonlyMap<string, number>): Promise<ArrayBuffer> {
     const { pack } = level;
     if (pack && packs.has(pack.url) && this.parts.queue.cost_bytes(level) > 0) {
@@ -140,7 +140,13 @@ export class ModelFiles {
         if (load.state === "cancelled") throw error;
       }
     }
-    return this.fetch(load, level);
+    try {
+      return await this.fetch(load, level);
+    } catch (error) {
+      // What fails for a reason that passes comes by itself.
+      if (!pack || load.state === "cancelled" || passes(error)) throw error;
+      return await this.fetchOutOf(load, level, pack).catch(() => Promise.reject(error));
+    }
   }
 
   /**

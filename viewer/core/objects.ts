@@ -1,20 +1,35 @@
 /**
  * What is known of an object before it has any geometry? Finds objects and their models by id through the page trees, a chunk of
- * neighbours at a time, and joins each with its model. Where that takes long, something stands in (`standins.ts`).
+ * neighbours at a time, and joins each with its model. Where that takes long, something stands in (`standins.ts`). A page or chunk
+ * that cannot be had takes with it only what it alone tells of.
  */
 import type { ObjectEntry, Page, PageEntry, Whole } from "./documents.ts";
-import type { Retried } from "./losses.ts";
+import { forgive, type Loss, passes, type Retried } from "./losses.ts";
 import type { Model } from "./modeldocument.ts";
 import { Pacer } from "./pacer.ts";
 import { entryOf, type Holder, holdersOf } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
+import { reasonOf } from "./reason.ts";
 import { type PriorityOf, StandIns } from "./standins.ts";
 
 /** A placed object and the geometry that it shares. */
 export interface PlacedObject {
   readonly entry: ObjectEntry;
   readonly model: Model;
+}
+
+/** Objects that were asked for, as far as they can be had. */
+export interface Found {
+  /** In the order in which they were asked for. */
+  readonly objects: readonly PlacedObject[];
+  /** Why that is not all of them; one that passes where there is one. */
+  readonly loss: Loss | undefined;
+}
+
+/** Part of the index of objects or models cannot be had, so that some of what can be seen is not shown. */
+export class IncompleteIndexError extends Error {
+  override readonly name = "IncompleteIndexError";
 }
 
 /** How far the surface of a level or rung may be from the source's, in metres in the world. */
@@ -49,10 +64,14 @@ export class ObjectDirectory {
   /** Entries of objects whose models nobody has asked for yet. */
   private readonly entries = new Map<number, ObjectEntry>();
   private readonly standIns: StandIns | undefined;
+  /** Pages and chunks that cannot be had; each is asked for once, until one tries again. */
+  private readonly lost = new Map<string, Loss>();
 
+  /** `told` hears of the first thing that cannot be had. */
   constructor(
     private readonly scene: PublishedScene,
     private readonly uses: Uses = {},
+    private readonly told: (error: unknown) => void = () => {},
   ) {
     const { whole, populations } = scene.manifest;
     if (populations && uses.rules !== false) this.standIns = new StandIns(scene, populations);
@@ -94,22 +113,24 @@ export class ObjectDirectory {
     return this.scene.manifest.whole && [...this.objects.values()];
   }
 
-  /** Why some objects had to wait for their entries. */
+  /** Why some objects are not shown, or had to wait for their entries. */
   get notes(): readonly string[] {
-    return this.standIns?.notes ?? [];
+    return [...[...this.lost.values()].map(({ error }) => reasonOf(error)), ...(this.standIns?.notes ?? [])];
   }
 
   /** Forgets failures, so that they are tried again. */
   forgive(retried: Retried): void {
+    forgive(this.lost, retried);
     this.standIns?.forgive(retried);
   }
 
   /** The objects with these ids, in the order in which they were asked for, which is that in which they come. */
-  async resolve(ids: readonly number[], priority: number): Promise<PlacedObject[]> {
+  async resolve(ids: readonly number[], priority: number): Promise<Found> {
     const missing = ids.filter((id) => !this.placed(id));
     const priorityOf = inOrder(missing, priority);
-    await this.read(await this.holders(missing, priorityOf), priorityOf);
-    return ids.map((id) => this.placed(id) ?? this.lacks(id));
+    const losses: Loss[] = [];
+    await this.read(await this.holders(missing, priorityOf, losses), priorityOf, losses);
+    return found(ids, (id) => this.placed(id), losses);
   }
 
   /**
@@ -120,10 +141,11 @@ export class ObjectDirectory {
     ids: readonly number[],
     urgency: Urgency = AT_ONCE,
     came: (some: PlacedObject[]) => void = () => {},
-  ): Promise<PlacedObject[]> {
+  ): Promise<Found> {
     const missing = ids.filter((id) => !this.beheld(id));
     const beforeAll = inOrder(missing, urgency.documents);
-    const holders = await this.holders(missing, beforeAll);
+    const losses: Loss[] = [];
+    const holders = await this.holders(missing, beforeAll, losses);
     const telling = new Pacer(() => came(ids.flatMap((id) => this.beheld(id) ?? [])), TOLD_EVERY_MS);
     const tell = () => telling.ask();
     // What more important objects grow from is as urgent.
@@ -131,16 +153,16 @@ export class ObjectDirectory {
     try {
       await this.standIns?.read(holders, amongModels, tell);
       const bare = missing.filter((id) => !this.beheld(id));
-      if (bare.length === missing.length) await this.read(holders, beforeAll);
-      else await this.read(await this.holders(bare, amongModels), amongModels, tell);
+      if (bare.length === missing.length) await this.read(holders, beforeAll, losses);
+      else await this.read(await this.holders(bare, amongModels, losses), amongModels, losses, tell);
     } finally {
       telling.close();
     }
-    return ids.map((id) => this.beheld(id) ?? this.lacks(id));
+    return found(ids, (id) => this.beheld(id), losses);
   }
 
   /** Every object of the scene, however large it is. */
-  async everything(priority: number): Promise<PlacedObject[]> {
+  async everything(priority: number): Promise<Found> {
     const ids = this.scene.manifest.objects.entries.flatMap(({ first, count }) =>
       Array.from({ length: count }, (_, i) => first + i),
     );
@@ -148,33 +170,65 @@ export class ObjectDirectory {
   }
 
   /** Reads the chunks of some objects and of their models; they travel side by side. `came` is called when more objects are placed. */
-  private async read(holders: readonly Holder[], priorityOf: PriorityOf, came: () => void = () => {}): Promise<void> {
+  private async read(
+    holders: readonly Holder[],
+    priorityOf: PriorityOf,
+    losses: Loss[],
+    came: () => void = () => {},
+  ): Promise<void> {
     await Promise.all(
       holders.map(async ({ chunk, ids: [first = 0, ...others] }) => {
         const priority = priorityOf(first);
-        for (const entry of await this.scene.objectChunk(chunk, priority)) {
+        const entries = await this.unlessLost(chunk, losses, () => this.scene.objectChunk(chunk, priority));
+        for (const entry of entries ?? []) {
           if (!this.objects.has(entry.object)) this.entries.set(entry.object, entry);
         }
-        await this.readModels([first, ...others], priority);
+        await this.readModels([first, ...others], priority, losses);
         came();
       }),
     );
   }
 
-  private async readModels(objects: readonly number[], priority: number): Promise<void> {
+  private async readModels(objects: readonly number[], priority: number, losses: Loss[]): Promise<void> {
     const used = new Set(objects.flatMap((id) => this.entries.get(id)?.model ?? []));
     const unknown = [...used].filter((id) => !this.models.has(id));
-    const holders = await holdersOf(this.scene.manifest.models, unknown, (entry) => this.scene.page(entry, priority));
+    const page = (entry: PageEntry) => this.unlessLost(entry, losses, () => this.scene.page(entry, priority));
+    const holders = await holdersOf(this.scene.manifest.models, unknown, page);
     await Promise.all(
       holders.map(async ({ chunk }) => {
-        this.learn(await this.scene.modelChunk(chunk, priority));
+        const models = await this.unlessLost(chunk, losses, () => this.scene.modelChunk(chunk, priority));
+        if (models) this.learn(models);
       }),
     );
   }
 
-  private holders(objects: readonly number[], priorityOf: PriorityOf): Promise<Holder[]> {
-    const page = (entry: PageEntry, first: number): Promise<Page> => this.scene.page(entry, priorityOf(first));
+  private holders(objects: readonly number[], priorityOf: PriorityOf, losses: Loss[]): Promise<Holder[]> {
+    const page = (entry: PageEntry, first: number): Promise<Page | undefined> =>
+      this.unlessLost(entry, losses, () => this.scene.page(entry, priorityOf(first)));
     return holdersOf(this.scene.manifest.objects, objects, page);
+  }
+
+  /** What `read` brings of an entry of the index; where that cannot be had, why goes to `losses`. */
+  private async unlessLost<T>({ url }: PageEntry, losses: Loss[], read: () => Promise<T>): Promise<T | undefined> {
+    if (!this.lost.has(url)) {
+      try {
+        return await read();
+      } catch (cause) {
+        this.lose(url, cause);
+      }
+    }
+    const loss = this.lost.get(url);
+    if (loss) losses.push(loss);
+    return undefined;
+  }
+
+  private lose(url: string, cause: unknown): void {
+    // Several wait for the same document.
+    if (this.lost.has(url)) return;
+    const isFirst = this.lost.size === 0;
+    const error = new IncompleteIndexError(`some objects cannot be shown: ${reasonOf(cause)}`, { cause });
+    this.lost.set(url, { error });
+    if (isFirst) this.told(error);
   }
 
   private learn(models: ReadonlyMap<number, Model>): void {
@@ -201,10 +255,18 @@ export class ObjectDirectory {
     this.objects.set(id, object);
     return object;
   }
+}
 
-  private lacks(id: number): never {
-    throw new Error(`the index does not hold o${id} and its model`);
-  }
+/** Those of some objects that are known, and why others are not: because something was lost, or the index is wrong. */
+function found(
+  ids: readonly number[],
+  known: (id: number) => PlacedObject | undefined,
+  losses: readonly Loss[],
+): Found {
+  const missing = ids.find((id) => !known(id));
+  const wrong = () => ({ error: new Error(`the index does not hold o${missing} and its model`) });
+  const loss = missing === undefined ? undefined : (losses.find(({ error }) => passes(error)) ?? losses[0] ?? wrong());
+  return { objects: ids.flatMap((id) => known(id) ?? []), loss };
 }
 
 /** What comes first is the most urgent. */

@@ -51,7 +51,10 @@ interface Told {
 /** What can be seen from a cell. */
 interface Beheld {
   readonly ids: readonly number[];
-  readonly see: (objects: readonly PlacedObject[]) => void;
+  /** Shows those of it that are known, when the others cannot be had, or yet. */
+  readonly see: (objects: readonly PlacedObject[], others?: "lost" | "coming") => void;
+  /** Why that is not all known. */
+  readonly loss?: Loss | undefined;
 }
 
 export class Outlook {
@@ -219,17 +222,23 @@ export class Outlook {
     // Should the record fail first, that is what is told.
     neighbours.catch(() => {});
     try {
-      const { ids, see } = await beheld;
-      const resolved = directory.resolve(ids, PRIORITY.finer).then(see);
+      const { ids, see, loss } = await beheld;
+      const known = () => ids.flatMap((id) => directory.beheld(id) ?? []);
+      const resolved = directory.resolve(ids, PRIORITY.finer).then((exact) => {
+        see(known(), "lost");
+        return exact.loss;
+      });
       // Should a neighbour fail first, that is what is told.
       resolved.catch(() => {});
-      const known = await neighbours;
+      const nextDoor = await neighbours;
       if (hasLeft()) return;
       this.events.changed();
-      const learnt = records.learnNeighbours(entry, known);
+      const learnt = records.learnNeighbours(entry, nextDoor);
       this.surveyed = cell;
+      this.loss = loss;
       this.events.learnt();
-      await Promise.all([learnt, resolved]);
+      const [inexact] = await Promise.all([resolved, learnt]);
+      if (!hasLeft()) this.loss ??= inexact;
     } catch (error) {
       if (hasLeft()) return;
       this.loss = { error };
@@ -283,12 +292,17 @@ export class Outlook {
     // All of a small world is shown from everywhere.
     if (scene.manifest.whole) return { ids: [], see: () => {} };
     const ids = records.seenFrom(record);
-    const see = (objects: readonly PlacedObject[]) => {
-      if (!hasLeft()) this.show({ cell, objects, count: ids.length });
+    const see: Beheld["see"] = (objects, others = "coming") => {
+      const lost = others === "lost" ? ids.length - objects.length : 0;
+      if (!hasLeft()) this.show({ cell, objects, count: ids.length, lost });
     };
     if (!hasLeft()) this.hear(record, ids);
-    see(await directory.behold(ids, undefined, see));
-    return { ids, see };
+    const first = await directory.behold(ids, undefined, see);
+    const isMore = first.loss && (await this.starts.takeFor(cell));
+    const { objects, loss } = isMore ? await directory.behold(ids) : first;
+    if (loss && objects.length === 0) throw loss.error;
+    see(objects, "lost");
+    return { ids, see, loss };
   }
 
   private hear(record: CellRecord, ids: readonly number[]): void {

@@ -17,15 +17,19 @@ export function madeUp({ viewpoints }: Pick<Manifest, "viewpoints">): Viewpoint 
   return viewpoints.find(({ isMadeUp }) => isMadeUp);
 }
 
+/** Whether any cell reaches above all that there is to see. */
+export function reachesAbove({ bounds, cells }: Pick<Manifest, "bounds" | "cells">): boolean {
+  return cells.entries.some((entry) => entry.bounds.max[1] > bounds.max[1]);
+}
+
 /** A three-quarter view of everything; `undefined` where one begins in a better place, or would look at a roof. */
 export function overview(
   manifest: Pick<Manifest, "bounds" | "cells" | "viewpoints">,
   viewAngle_rad: number,
   aspect: number,
 ): Pose | undefined {
-  const { bounds, cells } = manifest;
-  const isOpenAbove = cells.entries.some((entry) => entry.bounds.max[1] > bounds.max[1]);
-  if (!madeUp(manifest) || !isOpenAbove) return undefined;
+  const { bounds } = manifest;
+  if (!madeUp(manifest) || !reachesAbove(manifest)) return undefined;
   const tall = Math.tan(viewAngle_rad / 2);
   const [ahead, up, right] = [
     direction(YAW_RAD, PITCH_RAD),

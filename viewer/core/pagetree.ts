@@ -14,11 +14,14 @@ export function entryOf(page: Page, id: number): PageEntry | undefined {
   return page.entries.find((entry) => entry.first <= id && id - entry.first < entry.count);
 }
 
-/** The chunks that hold them; ids that lie nowhere are left out. `read` brings a page for the sake of the first of some ids. */
+/**
+ * The chunks that hold them; ids that lie nowhere are left out. `read` brings a page for the sake of the first of some ids, or nothing where
+ * that cannot be had.
+ */
 export async function holdersOf(
   root: Page,
   ids: readonly number[],
-  read: (entry: PageEntry, first: number) => Promise<Page>,
+  read: (entry: PageEntry, first: number) => Promise<Page | undefined>,
 ): Promise<Holder[]> {
   const below = new Map<PageEntry, [number, ...number[]]>();
   for (const id of ids) {
@@ -28,7 +31,9 @@ export async function holdersOf(
     else if (entry) below.set(entry, [id]);
   }
   const holders = [...below].map(async ([entry, ids]) => {
-    return entry.kind === "chunk" ? [{ chunk: entry, ids }] : holdersOf(await read(entry, ids[0]), ids, read);
+    if (entry.kind === "chunk") return [{ chunk: entry, ids }];
+    const page = await read(entry, ids[0]);
+    return page ? holdersOf(page, ids, read) : [];
   });
   return (await Promise.all(holders)).flat();
 }

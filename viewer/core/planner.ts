@@ -13,6 +13,7 @@ import type { HoldingOf } from "./progress.ts";
 import { MemoryShortError, type ResidencySet } from "./residency.ts";
 import { hasFirstPicture, shrink, targetWithin, wanted } from "./scheduler.ts";
 import type { Eye } from "./screenerror.ts";
+import { isAllKnown } from "./sight.ts";
 
 /** Up to which error, and how many triangles, models are refined. */
 export interface Targets {
@@ -132,19 +133,24 @@ export class Planner {
     }
     const { bytes_per_s } = line;
     this.isElsewhere = !outlook.knowsItsPlace;
-    const isAllKnown = sight.objects.length === sight.count && !this.isElsewhere;
-    this.hasBegun ||= isAllKnown && hasFirstPicture(sight.objects, loads);
+    const isComplete = isAllKnown(sight) && !this.isElsewhere;
+    this.hasBegun ||= isComplete && hasFirstPicture(sight.objects, loads);
     const looksAhead = cellId !== undefined && cellId === sight.cell;
     if (looksAhead) ahead.look(cellId, eye.position, velocity_mps);
     const known = looksAhead && this.hasBegun ? ahead.known : [];
-    const wants = wanted({ eye, here: sight.objects, isAllKnown, ahead: known }, loads, this.target_px, bytes_per_s);
+    const wants = wanted(
+      { eye, here: sight.objects, isAllKnown: isComplete, ahead: known },
+      loads,
+      this.target_px,
+      bytes_per_s,
+    );
     // What is on its way to save memory is not begun anew while that is short.
     const wasShort = loads.short;
     const smaller = wasShort ? this.smaller() : undefined;
     loads.follow(smaller && loads.isComing(smaller.object.model.model) ? [smaller, ...wants] : wants);
     if (loads.short) this.makeDo(wants, wasShort ? smaller : this.smaller());
     // What is missing here was asked for by now, and goes first.
-    if (looksAhead && outlook.hasSurveyed && isAllKnown && !loads.short) ahead.learn(bytes_per_s);
+    if (looksAhead && outlook.hasSurveyed && isComplete && !loads.short) ahead.learn(bytes_per_s);
     if (length(velocity_mps) > CHANGED_MPS * size) outlook.walked.open();
     this.drawFar(eye);
   }

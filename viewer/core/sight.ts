@@ -12,12 +12,19 @@ export interface Sight {
   readonly objects: readonly PlacedObject[];
   /** How many objects can be seen, known or not. */
   readonly count: number;
+  /** Of how many of them nothing can be had of the index; none unless said. */
+  readonly lost?: number;
 }
 
 export const NOTHING_IN_SIGHT: Sight = { cell: undefined, objects: [], count: 0 };
 
+/** Whether all is known that can be. */
+export function isAllKnown({ objects, count, lost = 0 }: Sight): boolean {
+  return objects.length + lost === count;
+}
+
 export function isSameSight(a: Sight, b: Sight): boolean {
-  const isSame = a.cell === b.cell && a.count === b.count && a.objects.length === b.objects.length;
+  const isSame = a.cell === b.cell && a.count === b.count && a.lost === b.lost && a.objects.length === b.objects.length;
   return isSame && a.objects.every((object, i) => object === b.objects[i]);
 }
 

@@ -32,6 +32,14 @@ export class Starts implements Locator {
     return entry ? { entry, distance_m: 0 } : this.index.locate(point);
   }
 
+  /** Takes in what the start of a cell tells of what can be seen from there, where parts of the index are lost; answers whether there is one. */
+  async takeFor(cell: number): Promise<boolean> {
+    const named = this.scene.manifest.starts.find((start) => start.cell === cell);
+    const start = named && (await this.scene.start(named, PRIORITY.document).catch(() => undefined));
+    if (start) this.directory.take(start);
+    return start !== undefined;
+  }
+
   /** The cell that surely holds a point, unless it was met already. A start that cannot be had is done without. */
   private async startAt(point: Vec3): Promise<CellEntry | undefined> {
     const named = this.scene.manifest.starts.find(({ bounds, bytes, grownBytes }) => {

@@ -5,7 +5,7 @@
 import type { PageEntry } from "./documents.ts";
 import { type Bounds, diagonal_m, length, middle, subtract, type Vec3 } from "./geometry.ts";
 import { type Loss, passes } from "./losses.ts";
-import type { ObjectDirectory, PlacedObject } from "./objects.ts";
+import type { Found, ObjectDirectory, PlacedObject } from "./objects.ts";
 import { nearestChunks } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
@@ -71,22 +71,25 @@ export class Surroundings {
   /** That something cannot be had is told once. */
   private async readAround(point: Vec3): Promise<Around> {
     const { scene, directory } = this;
-    const losses: (Loss & { readonly entry: PageEntry })[] = [];
-    const unlessLost = <T>(entry: PageEntry, reading: Promise<T>): Promise<T | undefined> =>
-      reading.catch((error: unknown) => {
+    const losses: Loss[] = [];
+    const lostPages: PageEntry[] = [];
+    const found: Promise<Found>[] = [];
+    const chunks: PageEntry[] = [];
+    const read = (entry: PageEntry) =>
+      scene.page(entry, PRIORITY.document).catch((error: unknown) => {
         if (losses.length === 0) this.problem(error);
-        losses.push({ entry, error });
+        losses.push({ error });
+        lostPages.push(entry);
         return undefined;
       });
-    const found: Promise<PlacedObject[] | undefined>[] = [];
-    const read = (entry: PageEntry) => unlessLost(entry, scene.page(entry, PRIORITY.document));
     for await (const chunk of nearestChunks(scene.manifest.objects, point, read)) {
       const ids = Array.from({ length: chunk.count }, (_, i) => chunk.first + i);
-      found.push(unlessLost(chunk, directory.resolve(ids, PRIORITY.document)));
+      found.push(directory.resolve(ids, PRIORITY.document));
+      chunks.push(chunk);
       if (found.length === MOST_CHUNKS) break;
     }
-    const whole = (await Promise.all(found)).flatMap((objects) => objects ?? []);
-    const objects = [...whole, ...directory.knownBelow(losses.map(({ entry }) => entry))];
+    losses.push(...(await Promise.all(found)).flatMap(({ loss }) => loss ?? []));
+    const objects = directory.knownBelow([...chunks, ...lostPages]);
     const isAll = !losses.some(({ error }) => passes(error)) && (objects.length > 0 || losses.length === 0);
     return { objects, isAll };
   }

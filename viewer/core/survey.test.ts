@@ -14,7 +14,8 @@ async function rooms() {
   const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch, digest: webCryptoDigest() });
   const scene = await PublishedScene.open(queue, new Tree("https://host/sub/"), "rooms");
   const directory = new ObjectDirectory(scene);
-  return { scene, directory, all: await directory.everything(PRIORITY.prefetch) };
+  const { objects: all } = await directory.everything(PRIORITY.prefetch);
+  return { scene, directory, all };
 }
 
 it("finds every object, and counts as saved only models of which nothing is here", async () => {

@@ -128,6 +128,8 @@ async function panels(page, name, touch) {
   insist((await button(page, "Fly").getAttribute("aria-pressed")) === "true", `${name}: the fly button shows nothing`);
   insist((await page.evaluate(() => window.belvedere.state().mode)) === "fly", `${name}: its button does not fly`);
   await roomFor(page, `${name}-fly`, "mode", "tools", "choices", "hud");
+  const speaksOfKeys = /\bF\b/.test(await page.locator("#mode").innerText());
+  insist(speaksOfKeys !== Boolean(touch), `${name}: who ${touch ? "has fingers" : "has keys"} is told of the other`);
   await button(page, "Fly").click();
   if (touch) {
     for (const [x, y] of [
@@ -138,8 +140,14 @@ async function panels(page, name, touch) {
     }
   }
   await button(page, "Inspector").click();
-  await roomFor(page, `${name}-inspector`, "inspector", "hud");
+  await roomFor(page, `${name}-inspector`, "inspector", "hud", "tools");
   await nameControls(page, `${name} with the inspector`);
+  await hitControls(page, `${name} with the inspector`, touch);
+  // On a small screen it makes room for what is opened from beside it.
+  await button(page, "Map").click();
+  await roomFor(page, `${name}-inspector-map`, "map", "tools");
+  await button(page, "Map").click();
+  if (await page.locator("#inspector").isHidden()) await button(page, "Inspector").click();
   await button(page, "Close the inspector").click();
   insist(await page.locator("#inspector").isHidden(), `${name}: the inspector does not close`);
   await page.reload();
@@ -196,6 +204,30 @@ async function atDoor(page, name, touch) {
     await touching(page, 20, page.viewportSize().height / 2, () => roomFor(page, `${name}-door-stick`, "stick"));
 }
 
+/** Where the system chooses the colours, one's own place stands on the map in the ink of its text. */
+async function inForcedColours(page) {
+  await page.goto(url);
+  await settle(page, "the first cell");
+  await button(page, "Map").click();
+  await roomFor(page, "forced-colours-map", "map", "tools");
+  const inked = await page.evaluate(() => {
+    const probe = document.createElement("i");
+    probe.style.cssText = "color: CanvasText; forced-color-adjust: none";
+    document.body.append(probe);
+    const [red, green, blue] = getComputedStyle(probe)
+      .color.match(/[\d.]+/g)
+      .map(Number);
+    const map = document.querySelector("#map canvas");
+    const { data } = map.getContext("2d").getImageData(0, 0, map.width, map.height);
+    let pixels = 0;
+    for (let i = 0; i < data.length; i += 4) {
+      if (data[i] === red && data[i + 1] === green && data[i + 2] === blue && data[i + 3] === 255) pixels += 1;
+    }
+    return pixels;
+  });
+  insist(inked >= 100, `in forced colours only ${inked} pixels of the map have the colour of text`);
+}
+
 await tell("layout", async (open) => {
   for (const [name, options] of Object.entries(SIZES)) {
     const page = await open(options);
@@ -203,5 +235,8 @@ await tell("layout", async (open) => {
     await atDoor(page, name, options.hasTouch);
     await page.close();
   }
+  const forced = await open({ viewport: { width: 1280, height: 800 }, forcedColors: "active" });
+  await inForcedColours(forced);
+  await forced.close();
   console.log(`panels leave room for each other at ${Object.keys(SIZES).join(", ")}`);
 });

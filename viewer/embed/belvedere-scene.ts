@@ -10,7 +10,6 @@ import { type Pose, readPose, treeBase } from "../core/address.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { length } from "../core/geometry.ts";
 import { passes } from "../core/losses.ts";
-import type { PublishedScene } from "../core/published.ts";
 import type { Silence } from "../core/silences.ts";
 import { Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
@@ -142,14 +141,14 @@ export class BelvedereScene extends HTMLElement {
       const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
       server = behind(new URL(treeBase(src.href)));
       const silent = (silence?: Silence) => caption.delay(silence && explainSilence(silence, server));
-      const [{ scene }] = await Promise.all([open(src, silent), decoderReady()]);
+      const [opened] = await Promise.all([open(src, silent), decoderReady()]);
       if (attempt !== this.attempt) return;
       const stage = await Stage.open(canvas);
       if (attempt !== this.attempt) {
         stage.close();
         return;
       }
-      this.visit = this.begin(stage, scene, { canvas, stick, caption }, readPose(src.hash));
+      this.visit = this.begin(stage, opened, { canvas, stick, caption }, readPose(src.hash));
     } catch (error) {
       if (attempt === this.attempt) this.fail(error, server, caption);
     }
@@ -157,7 +156,7 @@ export class BelvedereScene extends HTMLElement {
 
   private begin(
     stage: Stage,
-    scene: PublishedScene,
+    { scene, isRoofed }: Opened,
     { canvas, stick, caption }: { canvas: HTMLCanvasElement; stick: HTMLElement; caption: Caption },
     pose: Pose | undefined,
   ): Visit {
@@ -167,6 +166,7 @@ export class BelvedereScene extends HTMLElement {
       scene,
       stage,
       display: caption,
+      isRoofed,
       problem: (error) => this.fail(error, server, caption),
       answered: () => caption.answered(),
       outdated: () => this.showAnew(),

@@ -1,4 +1,4 @@
-import { expect, it } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import type { Readings } from "../ui/readings.ts";
 import { Caption } from "./caption.ts";
 
@@ -16,6 +16,21 @@ function captioned(): { line: { hidden: boolean; textContent: string }; caption:
   });
   return { line, caption, ready: () => ready };
 }
+
+let isTouched = false;
+beforeEach(() => {
+  isTouched = false;
+  vi.stubGlobal("matchMedia", () => ({ matches: isTouched }));
+});
+
+it("speaks of keys to who has some", () => {
+  const { line, caption } = captioned();
+  caption.mode("fly");
+  expect(line.textContent).toContain("F to walk");
+  isTouched = true;
+  caption.mode("fly");
+  expect(line.textContent).toBe("Flying: walls do not stop you.");
+});
 
 it("tells how much is here, is still once all is, and tells that one flies", () => {
   const { line, caption, ready } = captioned();

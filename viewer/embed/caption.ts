@@ -6,8 +6,10 @@
 import { write } from "../ui/dom.ts";
 import { writeProgress } from "../ui/format.ts";
 import type { Display, Moving, Readings } from "../ui/readings.ts";
+import { isTouched } from "../ui/touch.ts";
 
-const FLYING = "Flying: walls do not stop you. F to walk.";
+const FLYING = "Flying: walls do not stop you.";
+const TO_WALK = " F to walk.";
 
 /** What may be said, the most urgent first. */
 const URGENCY = ["problem", "offer", "delay", "progress", "manner"] as const;
@@ -34,7 +36,7 @@ export class Caption implements Display {
   title(): void {}
 
   mode(mode: Moving): void {
-    this.say("manner", mode === "fly" ? FLYING : "");
+    this.say("manner", mode === "fly" ? FLYING + (isTouched() ? "" : TO_WALK) : "");
   }
 
   show({ settled, progress }: Readings): void {

@@ -83,4 +83,13 @@ p:empty {
   border-radius: 50%;
   background: rgb(255 255 255 / 45%);
 }
+@media (forced-colors: active) {
+  p,
+  .caption button {
+    background: Canvas;
+  }
+  .stick i {
+    background: CanvasText;
+  }
+}
 `;

@@ -8,11 +8,19 @@ import { write } from "./dom.ts";
 import { element } from "./elements.ts";
 import { writeProgress, writeShare, writeVisible } from "./format.ts";
 import type { Display, Moving, Readings } from "./readings.ts";
+import { isTouched } from "./touch.ts";
 
-const MODES: Readonly<Record<Moving, string>> = {
-  walk: "Walking: walls stop you.",
-  fly: "Flying: walls do not stop you. F or the button: walk.",
-  frozen: "Frozen: what is shown stays as it is. G or the inspector: go on.",
+/** With keys and a mouse, and with fingers. */
+const MODES: Readonly<Record<Moving, readonly [keys: string, touch: string]>> = {
+  walk: ["Walking: walls stop you.", "Walking: walls stop you."],
+  fly: [
+    "Flying: walls do not stop you. F or the button: walk.",
+    "Flying: walls do not stop you. The button with the arrow: walk.",
+  ],
+  frozen: [
+    "Frozen: what is shown stays as it is. G or the inspector: go on.",
+    "Frozen: what is shown stays as it is. The inspector: go on.",
+  ],
 };
 
 export class Hud implements Display {
@@ -57,8 +65,9 @@ export class Hud implements Display {
     const isFlying = mode !== "walk";
     const note = element("mode", HTMLParagraphElement);
     note.hidden = !isFlying;
-    write(note, MODES[mode]);
-    this.announcer.say("mode", MODES[mode]);
+    const text = MODES[mode][isTouched() ? 1 : 0];
+    write(note, text);
+    this.announcer.say("mode", text);
     for (const words of document.querySelectorAll<HTMLElement>("[data-mode]")) {
       words.hidden = (words.dataset.mode === "fly") !== isFlying;
     }

@@ -8,7 +8,6 @@ import type { SceneSummary, Viewpoint } from "../core/documents.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
 import { length } from "../core/geometry.ts";
 import type { PlacedObject } from "../core/objects.ts";
-import type { PublishedScene } from "../core/published.ts";
 import { RequestLog } from "../core/requestlog.ts";
 import { Shelf } from "../core/shelf.ts";
 import { Throttle } from "../core/throttle.ts";
@@ -32,7 +31,7 @@ import { inspector } from "./inspect.ts";
 import { InspectorPanel } from "./inspector/panel.ts";
 import type { Command } from "./keys.ts";
 import { MapPanel } from "./map.ts";
-import { openScene } from "./opening.ts";
+import { type Opened, openScene } from "./opening.ts";
 import { Pointing } from "./pointing.ts";
 import { unlessForbidden } from "./policy.ts";
 import { explain, explainSilence, NO_GRAPHICS, NoSuchScene, serverAt, showProblem } from "./problem.ts";
@@ -105,7 +104,7 @@ function isUsed(name: string): boolean {
   return new URL(location.href).searchParams.get(name) !== "off";
 }
 
-function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummary[], network: Network): void {
+function start(stage: Stage, { scene, scenes, isRoofed }: Opened, network: Network): void {
   const canvas = element("view", HTMLCanvasElement);
   const { toast } = network;
   const announcer = new Announcer(element("live", HTMLParagraphElement));
@@ -126,6 +125,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     scene,
     stage,
     display: hud,
+    isRoofed,
     uses: { smooth: isUsed("smooth"), impostors: isUsed("impostors"), rules: isUsed("rules") },
     posed: (pose) => history.replaceState(null, "", writePose(pose, linked)),
     problem: (error) => {
@@ -160,6 +160,7 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
     toggled: (open) => {
       document.body.classList.toggle("inspecting", open);
       inspectorToggle.setAttribute("aria-pressed", String(open));
+      if (open) makeRoom(help, map, ...folds);
       keepFocus();
     },
   });
@@ -168,14 +169,14 @@ function start(stage: Stage, scene: PublishedScene, scenes: readonly SceneSummar
   const mapToggle = element("map-toggle", HTMLButtonElement);
   const map = new MapPanel(visit, (open) => {
     mapToggle.setAttribute("aria-pressed", String(open));
-    if (open) makeRoom(help, ...folds);
+    if (open) makeRoom(panel, help, ...folds);
     keepFocus();
   });
   element("middle", HTMLDivElement).append(map.element);
   mapToggle.onclick = () => map.toggle();
   map.people = () => company.movers.map(({ position }) => position);
   const help = new HelpPanel((open) => {
-    if (open) makeRoom(map, ...folds);
+    if (open) makeRoom(panel, map, ...folds);
   });
   const figures = new Fold(
     element("hud-fold", HTMLButtonElement),
@@ -297,8 +298,8 @@ async function main(): Promise<void> {
     ]);
     opening.catch(() => {});
     const stage = await Stage.open(element("view", HTMLCanvasElement));
-    const [{ scene, scenes }] = await opening;
-    start(stage, scene, scenes, { log, throttle, toast });
+    const [opened] = await opening;
+    start(stage, opened, { log, throttle, toast });
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];
     const links = labelled(others).map(({ scene, label }) => ({ label, href: addressOfScene(location.href, scene) }));

@@ -9,6 +9,7 @@ import type { Bounds, Vec3 } from "../core/geometry.ts";
 import { firstReach, groundOf, type ReachRange, reachRange, scaleBar, withinReach } from "../core/mapreach.ts";
 import { make } from "./dom.ts";
 import { writeLength } from "./format.ts";
+import { inks } from "./inks.ts";
 import { arrow, cross, dot, scaleLine } from "./mapmarks.ts";
 import type { Visit } from "./visit.ts";
 
@@ -163,13 +164,18 @@ export class MapPanel {
     pen.clearRect(0, 0, size_px, size_px);
     const seen = new Set(explorer.recordOf(explorer.cellId ?? -1)?.cpvs);
     const { below, storey } = this.plan;
-    for (const cell of below) this.drawCell(pen, frame, cell, seen, "rgb(200 212 228 / 9%)");
-    for (const cell of storey) this.drawCell(pen, frame, cell, seen, "rgb(200 212 228 / 16%)");
-    for (const person of this.people()) dot(pen, frame.spot(person), 3, "#74c98a");
-    arrow(pen, frame.nearest(frame.spot(position), EDGE_PX), yaw);
-    if (this.pointer) cross(pen, this.pointer);
+    const colours = inks();
+    const colourOf = ({ cell }: CellEntry, other: string) =>
+      cell === explorer.cellId ? colours.here : seen.has(cell) ? colours.seen : other;
+    pen.strokeStyle = colours.wall;
+    pen.lineWidth = 0.5;
+    for (const cell of below) drawCell(pen, frame.rectangle(cell.bounds), colourOf(cell, colours.below));
+    for (const cell of storey) drawCell(pen, frame.rectangle(cell.bounds), colourOf(cell, colours.storey));
+    for (const person of this.people()) dot(pen, frame.spot(person), 3, colours.person, colours);
+    arrow(pen, frame.nearest(frame.spot(position), EDGE_PX), yaw, colours);
+    if (this.pointer) cross(pen, this.pointer, colours);
     const { length_m, length_px } = scaleBar(frame.px_per_m, SCALE_PX);
-    scaleLine(pen, { x: SCALE_EDGE_PX, y: size_px - SCALE_EDGE_PX }, length_px, writeLength(length_m));
+    scaleLine(pen, { x: SCALE_EDGE_PX, y: size_px - SCALE_EDGE_PX }, length_px, writeLength(length_m), colours);
   }
 
   /** Says how much is shown, and whether there is more or less. */
@@ -179,24 +185,18 @@ export class MapPanel {
     this.zoomIn.setAttribute("aria-disabled", String(this.reach_m <= this.range.least_m));
     this.zoomOut.setAttribute("aria-disabled", String(this.reach_m >= this.range.most_m));
   }
+}
 
-  private drawCell(
-    pen: CanvasRenderingContext2D,
-    frame: MapFrame,
-    { cell, bounds }: CellEntry,
-    seen: ReadonlySet<number>,
-    plain: string,
-  ) {
-    const isHere = cell === this.visit.explorer.cellId;
-    pen.fillStyle = isHere ? "rgb(232 185 106 / 75%)" : seen.has(cell) ? "rgb(232 185 106 / 28%)" : plain;
-    pen.strokeStyle = "rgb(10 13 18 / 55%)";
-    pen.lineWidth = 0.5;
-    const rectangle = frame.rectangle(bounds);
-    // What lies on top hides what is below it.
-    pen.clearRect(...rectangle);
-    pen.fillRect(...rectangle);
-    pen.strokeRect(...rectangle);
-  }
+function drawCell(
+  pen: CanvasRenderingContext2D,
+  rectangle: readonly [number, number, number, number],
+  colour: string,
+): void {
+  pen.fillStyle = colour;
+  // What lies on top hides what is below it.
+  pen.clearRect(...rectangle);
+  pen.fillRect(...rectangle);
+  pen.strokeRect(...rectangle);
 }
 
 function zoomButton(name: string, sign: string, press: () => void): HTMLButtonElement {

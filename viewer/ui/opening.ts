@@ -2,6 +2,7 @@
 import type { SceneSummary } from "../core/documents.ts";
 import type { FetchQueue } from "../core/fetchqueue.ts";
 import { fetchSceneList, PublishedScene } from "../core/published.ts";
+import { isRoofed } from "../core/roofed.ts";
 import { FetchError } from "../core/transfer.ts";
 import type { Tree } from "../core/tree.ts";
 import { NoSuchScene, NoSuchTree } from "./problem.ts";
@@ -10,6 +11,8 @@ export interface Opened {
   readonly scene: PublishedScene;
   /** All that are published beside it, as far as that is known. */
   readonly scenes: readonly SceneSummary[];
+  /** Whether one would begin below a roof where no author says where to. */
+  readonly isRoofed: boolean;
 }
 
 const isMissing = (error: unknown) => error instanceof FetchError && error.kind === "status";
@@ -25,7 +28,8 @@ export async function openScene(queue: FetchQueue, tree: Tree, link: URL): Promi
   const name = named || scenes[0]?.scene;
   if (!name) throw new NoSuchScene(undefined, scenes);
   try {
-    return { scene: await PublishedScene.open(queue, tree, name), scenes };
+    const scene = await PublishedScene.open(queue, tree, name);
+    return { scene, scenes, isRoofed: await isRoofed(scene) };
   } catch (error) {
     const isListed = scenes.some(({ scene }) => scene === name);
     if (!isMissing(error) || isListed) throw error;

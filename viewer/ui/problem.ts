@@ -7,6 +7,7 @@ import { CellRecordError } from "../core/cellrecord.ts";
 import type { SceneSummary } from "../core/documents.ts";
 import { DocumentError } from "../core/json.ts";
 import { IncompleteMapError } from "../core/lostpages.ts";
+import { IncompleteIndexError } from "../core/objects.ts";
 import { reasonOf } from "../core/reason.ts";
 import { MemoryShortError } from "../core/residency.ts";
 import type { Silence } from "../core/silences.ts";
@@ -78,7 +79,8 @@ export function explainSilence({ attempt, attempts, waited_ms }: Silence, { host
   return `${host} takes long to answer: nothing came of something for ${writeSeconds(waited_ms)}. It is asked again (${attempt + 1} of ${attempts}), and what is here stays.`;
 }
 
-function explainInFull(error: unknown, { host, isElsewhere, isForeignPage }: Server): Explanation {
+function explainInFull(error: unknown, server: Server): Explanation {
+  const { host, isElsewhere, isForeignPage } = server;
   if (error instanceof NoWebGlError) {
     return {
       title: "3-D graphics are not available",
@@ -118,6 +120,9 @@ function explainInFull(error: unknown, { host, isElsewhere, isForeignPage }: Ser
       text: `Its Content Security Policy keeps it from reading ${error.origin}. Whoever runs the page can allow that: ${serve}connect-src in its Content-Security-Policy. The world may also have a page of its own: open ${error.origin}.`,
     };
   }
+  if (error instanceof FetchError && error.kind === "unreachable" && error.status !== undefined) {
+    return explainOutOfOrder(error.status, host);
+  }
   if (error instanceof FetchError && error.kind === "unreachable") {
     const text = `${host} cannot be reached just now. Check your connection and that the server is running, then try again.`;
     const reading = " It must also let pages of other servers read it, with the header Access-Control-Allow-Origin.";
@@ -135,6 +140,12 @@ function explainInFull(error: unknown, { host, isElsewhere, isForeignPage }: Ser
       text: "Part of the map of this world cannot be had. The walk goes on: in that part walls do not hold, and what is shown there may be incomplete.",
     };
   }
+  if (error instanceof IncompleteIndexError) {
+    return {
+      title: "Part of this world is missing",
+      text: `Some things cannot be shown here, and the walk goes on without them. ${explainInFull(error.cause, server).text}`,
+    };
+  }
   const damaged = error instanceof DocumentError || error instanceof CellRecordError || error instanceof FetchError;
   if (damaged) {
     return {
@@ -143,6 +154,16 @@ function explainInFull(error: unknown, { host, isElsewhere, isForeignPage }: Ser
     };
   }
   return { title: "This did not work", text: `${reasonOf(error)}. Try again, or reload the page.` };
+}
+
+/** A server that answers, and says that it cannot do so just now. */
+function explainOutOfOrder(status: number, host: string): Explanation {
+  if (status === 429) {
+    const text = `${host} has more to do than it can just now, and answers with 429. Wait a little, then try again.`;
+    return { title: "The server is busy", text };
+  }
+  const text = `${host} answers with an error (${status}). Try again in a while; if that goes on, whoever runs the server finds the reason in its log.`;
+  return { title: "The server is out of order", text };
 }
 
 /** Fills the page with a problem; its button runs `retry`. */

@@ -1,4 +1,5 @@
 import { expect, it, vi } from "vitest";
+import { IncompleteIndexError } from "../core/objects.ts";
 import { FetchError } from "../core/transfer.ts";
 import { explain, ForbiddenTree, serverAt } from "./problem.ts";
 import { Toast } from "./toast.ts";
@@ -55,6 +56,27 @@ it("says that something takes long until that is over, a problem comes or someth
   expect([parts.line.hidden, parts.action.hidden]).toEqual([false, false]);
   toast.showDelay("It takes long.");
   expect(parts.text.textContent).toContain("cannot be reached");
+  toast.answered();
+  expect(parts.line.hidden).toBe(true);
+});
+
+it.each([500, 502, 503, 429])("says that a server answers which does so with %i, and what one can do", (status) => {
+  const error = new FetchError("unreachable", "https://host/o/1.glb", `it was answered with ${status}`, status);
+  const { text } = explain(error, HERE);
+  expect(text).toContain(String(status));
+  expect(text).toMatch(/[Tt]ry again/);
+  expect(text).not.toMatch(/cannot be reached|connection/);
+});
+
+it("says that the rest is shown where part of the index is lost, and why it is lost", () => {
+  const { parts, toast } = shown();
+  const index = (cause: unknown) => new IncompleteIndexError("some objects cannot be shown", { cause });
+  toast.showProblem(index(missing), HERE, () => {});
+  expect(parts.text.textContent).toContain("Some things cannot be shown here");
+  expect(parts.text.textContent).toContain("host does not have what this page asked for");
+  toast.answered();
+  expect(parts.line.hidden).toBe(false);
+  toast.showProblem(index(silent), HERE, () => {});
   toast.answered();
   expect(parts.line.hidden).toBe(true);
 });

@@ -33,6 +33,8 @@ export interface VisitParts {
   readonly stage: Stage;
   readonly display: Display;
   readonly uses?: Uses;
+  /** Whether a roof would be all that one sees from high up; not unless said. */
+  readonly isRoofed?: boolean;
   /** Told of the pose every now and then while it changes, for the address of a page. */
   readonly posed?: (pose: Pose) => void;
   readonly problem: (error: unknown) => void;
@@ -181,7 +183,7 @@ export class Visit {
     this.turn(0, -this.walker.pitch);
   }
 
-  /** Begins where the author says; where nobody does, high up with all of it in view, as far as it is open above. */
+  /** Begins where the author says; where nobody does, high up with all of it in view, as far as it is open above; below a roof where the bake would. */
   start(): void {
     const [first] = this.parts.scene.manifest.viewpoints;
     const high = this.high();
@@ -192,7 +194,8 @@ export class Visit {
 
   /** Where one begins high up, if one does. */
   private high(): Pose | undefined {
-    const { scene, stage } = this.parts;
+    const { scene, stage, isRoofed } = this.parts;
+    if (isRoofed) return undefined;
     const { width, height } = stage.size;
     return overview(scene.manifest, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
   }

@@ -9,10 +9,11 @@ import { boxes } from "../../three/overlay.ts";
 import type { Announcer } from "../announcer.ts";
 import { make, write } from "../dom.ts";
 import { shorten, writeBytes } from "../format.ts";
+import { isTouched } from "../touch.ts";
 import type { Visit } from "../visit.ts";
 import { type Section, section } from "./section.ts";
 
-const HINT = matchMedia("(pointer: coarse)").matches
+const HINT = isTouched()
   ? "Tap an object to see what it is made of."
   : "Click an object to see what it is made of, or press Space or, where no door is in reach, Enter for what is in the middle of the view.";
 

@@ -6,16 +6,20 @@
 import type { Bounds } from "../../core/geometry.ts";
 import type { PlacedObject } from "../../core/objects.ts";
 import { PRIORITY } from "../../core/priority.ts";
+import { reasonOf } from "../../core/reason.ts";
 import { type Hidden, hiddenFrom, neighboursOf, type Preparation, reasonsAt } from "../../core/survey.ts";
 import { boxes, hull, type Ink, outlined, pyramid } from "../../three/overlay.ts";
 import { make, write } from "../dom.ts";
 import { writeBytes } from "../format.ts";
+import { isTouched } from "../touch.ts";
 import type { Visit } from "../visit.ts";
 import { type Section, section, toggle } from "./section.ts";
 
 const css = (color: number) => `#${color.toString(16).padStart(6, "0")}`;
 
 const GOLD = 0xe8b96a;
+const KEY = isTouched() ? "" : " (G)";
+const [FREEZE, THAW] = [`Freeze the view${KEY}`, `Back into the view${KEY}`];
 const PREPARED: Record<Preparation, number> = { unknown: 0xe06c5c, known: 0xe0b44c, coming: 0x6fb6e8, ready: 0x74c98a };
 const SEEN = { local: 0xf2a65a, objects: 0x5fa8f5, cells: 0xa04dff };
 const GHOST: Ink = { color: 0xbcd0ea, line: 0.55, fill: 0.06, through: true };
@@ -27,7 +31,7 @@ const FRUSTUM_M = 12;
 export class Layers implements Section {
   readonly element: HTMLElement;
   private readonly shown = { cell: true, neighbours: false, reasons: false, ghosts: true, cut: true };
-  private readonly freeze = make("button", { type: "button", "aria-pressed": "false" }, "Freeze the view (G)");
+  private readonly freeze = make("button", { type: "button", "aria-pressed": "false" }, FREEZE);
   private readonly saved = make("p", { class: "note", "data-testid": "saved" });
   /** All objects of the scene, once they are known. */
   private all: readonly PlacedObject[] | undefined;
@@ -61,7 +65,7 @@ export class Layers implements Section {
       void this.findHidden();
     }
     this.freeze.setAttribute("aria-pressed", String(visit.frozen));
-    this.freeze.textContent = visit.frozen ? "Back into the view (G)" : "Freeze the view (G)";
+    this.freeze.textContent = visit.frozen ? THAW : FREEZE;
     this.update();
   }
 
@@ -92,16 +96,15 @@ export class Layers implements Section {
     const others = hidden.objects.length - hidden.absent;
     const told = `${hidden.objects.length} of ${all} objects are hidden. Nothing of ${hidden.absent} of them is here: ${share} saved.`;
     const here = ` The models of ${others} are here: in sight too, seen before, or fetched ahead.`;
-    return `${told}${others > 0 ? here : ""} Fly out and look.`;
+    const unknown = this.unknown && ` ${this.unknown}.`;
+    return `${told}${others > 0 ? here : ""}${unknown} Fly out and look.`;
   }
 
   private async findHidden(): Promise<void> {
     const { explorer } = this.visit;
-    try {
-      this.all = await explorer.directory.everything(PRIORITY.prefetch);
-    } catch (error) {
-      this.unknown = `What else there is cannot be told: ${String(error)}`;
-    }
+    const { objects, loss } = await explorer.directory.everything(PRIORITY.prefetch);
+    this.all = objects;
+    this.unknown = loss ? `That is not all: ${reasonOf(loss.error)}` : "";
     this.update();
   }
 

@@ -3,6 +3,7 @@ import { type Progress, shareOf } from "../../core/progress.ts";
 import type { QualitySample } from "../../core/quality.ts";
 import { make, write } from "../dom.ts";
 import { writeProgress, writeQuality } from "../format.ts";
+import { inks } from "../inks.ts";
 import type { Visit } from "../visit.ts";
 import { type Section, section } from "./section.ts";
 
@@ -43,11 +44,13 @@ export class Loading implements Section {
     if (!pen) return;
     pen.setTransform(2, 0, 0, 2, 0, 0);
     pen.clearRect(0, 0, WIDTH, HEIGHT);
-    pen.strokeStyle = "rgb(255 255 255 / 12%)";
+    const { grid, chartHere, chartSharp } = inks();
+    pen.lineWidth = 1;
+    pen.strokeStyle = grid;
     for (const share of [0, 0.5, 1]) line(pen, [0, yOf(share)], [WIDTH, yOf(share)]);
     for (const [of, colour] of [
-      ["sharp", COLOURS.sharp],
-      ["here", COLOURS.here],
+      ["sharp", chartSharp],
+      ["here", chartHere],
     ] as const) {
       pen.strokeStyle = colour;
       pen.lineWidth = 1.5;
@@ -64,8 +67,6 @@ export class Loading implements Section {
   }
 }
 
-const COLOURS = { here: "#e8b96a", sharp: "#7fb2e5" };
-
 const yOf = (share: number) => 3 + (HEIGHT - 6) * (1 - share);
 
 function line(pen: CanvasRenderingContext2D, from: [number, number], to: [number, number]): void {
@@ -75,8 +76,9 @@ function line(pen: CanvasRenderingContext2D, from: [number, number], to: [number
   pen.stroke();
 }
 
+/** As in the chart. */
 function key(of: "here" | "sharp"): HTMLElement {
-  return make("b", { style: `color:${COLOURS[of]}` }, of);
+  return make("b", { class: `key ${of}` }, of);
 }
 
 function bar(label: string) {
