@@ -128,8 +128,9 @@ async fn an_answer_that_never_ends_is_not_taken() {
     ] {
         let ask = path();
         let mut watch = |so_far: &[u8]| assert!(so_far.len() <= 10, "{head}");
-        let came = endless(head).get_watched(Ask::of(&ask).having(known), &mut watch);
-        let error = came.await.expect_err("it has no end");
+        let source = endless(head);
+        let came = source.get_watched(Ask::of(&ask).having(known), &mut watch).await;
+        let error = came.expect_err("it has no end");
         assert!(matches!(error, Error::TooLong { .. }), "{error}");
     }
     let error = endless(part).get_range(&path(), 2..5).await.expect_err("it has no end");
