@@ -1,6 +1,6 @@
 //! What can go wrong between a client and a published scene?
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use belvedere_scene::{BlobName, CellId, ObjectId, SceneName, record::DecodeError};
 
@@ -49,6 +49,16 @@ pub enum Error {
         /// What happened.
         cause: String,
     },
+    /// The server has no time for it, and says for how long.
+    #[error("the server has no time for {path} (status {status}) before {} s have passed", after.as_secs())]
+    Busy {
+        /// Path below the base address.
+        path: String,
+        /// The status of HTTP.
+        status: u16,
+        /// How long to wait before it is asked again.
+        after: Duration,
+    },
     /// It could not be had before, and was not asked for again.
     #[error("{cause} (not asked for again)")]
     GivenUp {
@@ -74,6 +84,22 @@ pub enum Error {
         /// Path below the base address.
         path: String,
         /// What does not fit.
+        cause: String,
+    },
+    /// More came than there can be, or was announced; it was not read to its end.
+    #[error("{path} was answered with more than {most_bytes} bytes, which is all that it may have")]
+    TooLong {
+        /// Path below the base address.
+        path: String,
+        /// So many it has, or no document has more.
+        most_bytes: u64,
+    },
+    /// The server does not keep to ranges: it answers with something else than the part that was asked for.
+    #[error("a part of {path} was answered {cause}, so this server is asked for no more parts")]
+    Range {
+        /// Path below the base address.
+        path: String,
+        /// What came instead.
         cause: String,
     },
     /// A document is not of the published format.
@@ -132,7 +158,7 @@ pub enum Error {
     /// A smooth LOD is not what its name promises, as its last piece shows.
     #[error("the rungs of {0} are not the bytes that its name promises; levels take its place")]
     Stream(BlobName),
-    /// The server answers with another part, or another length, than was asked for.
+    /// The server answers with another length than was asked for.
     #[error("{path} was answered with {found} bytes instead of {expected}")]
     Length {
         /// Path below the base address.
@@ -145,6 +171,9 @@ pub enum Error {
     /// What needs a live session was asked for while none was open.
     #[error("no live session is open")]
     NoSession,
+    /// The index leads to no such cell.
+    #[error("the scene's index does not lead to {0}")]
+    NoCell(CellId),
     /// The scene has no cells; a publisher never writes that.
     #[error("the scene has no cells")]
     NoCells,
@@ -162,12 +191,12 @@ impl Error {
     pub(crate) fn passes(&self) -> bool {
         matches!(
             self,
-            Self::Fetch { .. } | Self::Length { .. } | Self::GivenUp { passes: true, .. }
+            Self::Fetch { .. } | Self::Busy { .. } | Self::Length { .. } | Self::GivenUp { passes: true, .. }
         )
     }
 
     /// Whether something came, and not as it was sent.
     pub(crate) fn is_damage(&self) -> bool {
-        matches!(self, Self::Corrupt(_) | Self::Garbled { .. })
+        matches!(self, Self::Corrupt(_) | Self::Garbled { .. } | Self::TooLong { .. })
     }
 }

@@ -11,8 +11,9 @@ use belvedere_scene::{BlobHash, object::Model, rung::RungName};
 use bytes::Bytes;
 
 use crate::{
-    ByteSource, Error, Scene,
+    Ask, ByteSource, Error, Scene,
     scene::as_promised,
+    source::unwatched,
     strategy::{
         bundles,
         file::{FileName, FileRef},
@@ -25,6 +26,8 @@ use crate::{
 pub(crate) struct Manners {
     /// Rungs have no addresses of their own.
     ranges: AtomicBool,
+    /// A range was answered with something else.
+    ranges_refused: AtomicBool,
     /// A bundle was not what it should be.
     bundles_refused: AtomicBool,
 }
@@ -65,7 +68,10 @@ pub(crate) async fn fetch<S: ByteSource>(
 
 /// The members of a bundle, those that came as they should.
 async fn bundle<S: ByteSource>(scene: &Scene<S>, manners: &Manners, order: &Order) -> Vec<Option<Bytes>> {
-    let answer = scene.source().get(&order.path()).await;
+    let path = order.path();
+    let ask = Ask::of(&path).having(Some(bundles::bytes_of(&order.files)));
+    let answer = scene.source().get_watched(ask, &mut unwatched).await;
+    let answer = answer.map(|(bytes, _)| bytes);
     let count = order.files.len();
     let members = match &answer {
         Ok(bytes) => bundles::members_of(bytes, count),
@@ -98,7 +104,9 @@ async fn alone<S: ByteSource>(
     let bytes = match &file.name {
         FileName::Object(name) => {
             let mut watch = |so_far: &[u8]| watch(file, so_far);
-            let (bytes, _) = scene.source().get_watched(&name.url(), &mut watch).await?;
+            let url = name.url();
+            let ask = Ask::of(&url).having(Some(file.bytes));
+            let (bytes, _) = scene.source().get_watched(ask, &mut watch).await?;
             as_promised(name, bytes)?
         }
         FileName::Rung(rung) => rung_of(scene, manners, rung, file.bytes, ends(rung)).await?,
@@ -124,20 +132,20 @@ async fn rung_of<S: ByteSource>(
     let path = rung.to_string();
     let mut answer = Err(Error::Missing(path.clone()));
     if !manners.ranges.load(Ordering::Relaxed) {
-        answer = scene.source().get(&path).await;
+        let ask = Ask::of(&path).having(Some(bytes));
+        answer = scene.source().get_watched(ask, &mut unwatched).await;
     }
     if matches!(answer, Err(Error::Missing(_) | Error::Refused { .. }))
+        && !manners.ranges_refused.load(Ordering::Relaxed)
         && let Some(to) = end
     {
         let range = to.saturating_sub(bytes)..to;
-        answer = scene
-            .source()
-            .get_range(&rung.whole().url(), range)
-            .await
-            .map(|(bytes, _)| bytes);
+        answer = scene.source().get_range(&rung.whole().url(), range).await;
         manners.ranges.fetch_or(answer.is_ok(), Ordering::Relaxed);
+        let is_wrong = matches!(answer, Err(Error::Range { .. }));
+        manners.ranges_refused.fetch_or(is_wrong, Ordering::Relaxed);
     }
-    answer
+    answer.map(|(bytes, _)| bytes)
 }
 
 /// Rungs that have come, until their streams are whole.

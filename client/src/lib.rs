@@ -50,5 +50,5 @@ mod whereabouts;
 pub use error::Error;
 pub use explorer::{Event, Explorer, ExplorerOptions, Geometry, Mesh, Seedling};
 pub use scene::{Client, Scene};
-pub use source::{ByteSource, DiskCache, FolderSource, HttpSource, Retrying, Watch};
+pub use source::{Ask, ByteSource, DiskCache, FolderSource, HttpSource, Retrying, Watch};
 pub use walk::Walk;

@@ -10,6 +10,7 @@ use bytes::Bytes;
 
 use crate::{
     ByteSource, Error, Scene,
+    scene::verified,
     strategy::{file::Key, order::Member, planner::WORTH_A_PACK},
 };
 
@@ -36,7 +37,7 @@ impl<S: ByteSource> Scene<S> {
             if let Some(pack) = &level.pack {
                 if !packs.contains_key(&pack.url) {
                     let whole = if is_worth(pack, levels) {
-                        self.blob(&pack.url).await.ok()
+                        verified(self.source(), &pack.url, Some(pack.bytes)).await.ok()
                     } else {
                         None
                     };
@@ -46,7 +47,7 @@ impl<S: ByteSource> Scene<S> {
             }
             let glb = match packed {
                 Some(glb) => glb,
-                None => self.blob(name).await?,
+                None => verified(self.source(), name, Some(level.bytes)).await?,
             };
             glbs.insert(name, glb);
         }

@@ -17,7 +17,7 @@ impl<S: ByteSource> Scene<S> {
             Ok(record) => return (Some(record), Vec::new()),
             Err(cause) => vec![cause],
         };
-        match self.indexed::<CellJson>(&cell.record_json).await {
+        match self.indexed::<CellJson>(&cell.record_json, None).await {
             Ok(json) => return (Some(CellRecord::from(&*json)), failures),
             Err(cause) => failures.push(cause),
         }

@@ -4,7 +4,7 @@
 use std::{any::Any, collections::HashMap, sync::Arc};
 
 use belvedere_scene::{
-    BlobName, CellId, ModelId, ObjectId, SceneName,
+    BlobName, CellId, ModelId, ObjectId, Revision, SceneName,
     index::{CellChunk, CellEntry, Page, PageEntry, PageKind},
     manifest::{FORMAT, Manifest},
     object::{Model, ModelChunk, ObjectChunk, ObjectEntry, ObjectInfo},
@@ -17,7 +17,7 @@ use bytes::Bytes;
 use serde::de::DeserializeOwned;
 use tokio::sync::{Mutex, MutexGuard};
 
-use crate::{ByteSource, Error, stand_ins::Spared};
+use crate::{Ask, ByteSource, Error, source::unwatched, stand_ins::Spared};
 
 /// Follows the pointers of one published tree.
 #[derive(Debug)]
@@ -47,14 +47,14 @@ impl<S: ByteSource> Client<S> {
     /// When there is no such scene, or its pointer or manifest cannot be fetched or read.
     pub async fn open(&self, scene: &SceneName) -> Result<Scene<S>, Error> {
         let mut pointer = pointer_of(&*self.source, scene).await?;
-        let mut answer = verified(&*self.source, &pointer.manifest).await;
+        let mut answer = verified(&*self.source, &pointer.manifest, None).await;
         if matches!(answer, Err(Error::Missing(_))) {
             // The pointer may have been older than what was cleaned up since, as a copy in a cache is.
             let path = pointer_path(scene);
             let newer: Pointer = fresh(&*self.source, &path).await?;
             if newer.manifest != pointer.manifest {
                 pointer = newer;
-                answer = verified(&*self.source, &pointer.manifest).await;
+                answer = verified(&*self.source, &pointer.manifest, None).await;
             }
         }
         let bytes = answer.map_err(|cause| match cause {
@@ -150,6 +150,15 @@ impl<S: ByteSource> Scene<S> {
         Ok(now.manifest == self.pointer.manifest)
     }
 
+    /// The revision in which the scene is published now, if that is another one; asked for past all caches.
+    ///
+    /// # Errors
+    /// When its pointer cannot be fetched or read.
+    pub async fn newer_revision(&self) -> Result<Option<Revision>, Error> {
+        let now: Pointer = fresh(&*self.source, &pointer_path(&self.pointer.scene)).await?;
+        Ok((now.manifest != self.pointer.manifest).then_some(now.revision))
+    }
+
     pub(crate) fn source(&self) -> &S {
         &self.source
     }
@@ -171,7 +180,7 @@ impl<S: ByteSource> Scene<S> {
         let Some(entry) = self.leaf(&self.manifest.cells, cell.0).await? else {
             return Ok(None);
         };
-        let chunk: Arc<CellChunk> = self.indexed(&entry.url).await?;
+        let chunk: Arc<CellChunk> = self.indexed(&entry.url, Some(entry.bytes)).await?;
         Ok(chunk.cells.iter().find(|c| c.cell == cell).cloned())
     }
 
@@ -180,8 +189,10 @@ impl<S: ByteSource> Scene<S> {
     /// # Errors
     /// When the record cannot be fetched, or is damaged.
     pub async fn record(&self, cell: &CellEntry) -> Result<CellRecord, Error> {
-        let bytes = self.blob(&cell.record).await?;
-        CellRecord::decode(&bytes).map_err(|cause| Error::Record { cell: cell.cell, cause })
+        self.remembered(&cell.record, Some(cell.record_bytes), |bytes| {
+            CellRecord::decode(bytes).map_err(|cause| Error::Record { cell: cell.cell, cause })
+        })
+        .await
     }
 
     /// What changes on the way to each neighbour of a cell; `None` when it has none.
@@ -190,11 +201,13 @@ impl<S: ByteSource> Scene<S> {
     /// When the steps cannot be fetched, or are damaged.
     pub async fn steps(&self, cell: &CellEntry) -> Result<Option<Steps>, Error> {
         let Some(name) = &cell.steps else { return Ok(None) };
-        let bytes = self.blob(name).await?;
-        let steps = Steps::decode(&bytes);
-        steps
-            .map(Some)
-            .map_err(|cause| Error::Record { cell: cell.cell, cause })
+        self.remembered(name, cell.steps_bytes, |bytes| {
+            let steps = Steps::decode(bytes);
+            steps
+                .map(Some)
+                .map_err(|cause| Error::Record { cell: cell.cell, cause })
+        })
+        .await
     }
 
     /// The infos of everything visible, in the record's order: objects inside the cell first.
@@ -232,7 +245,7 @@ impl<S: ByteSource> Scene<S> {
             return Ok(known.clone());
         }
         let leaf = self.leaf(&self.manifest.objects, object.0).await?.ok_or_else(missing)?;
-        let chunk: Arc<ObjectChunk> = self.indexed(&leaf.url).await?;
+        let chunk: Arc<ObjectChunk> = self.indexed(&leaf.url, Some(leaf.bytes)).await?;
         chunk.entry(object).cloned().ok_or_else(missing)
     }
 
@@ -252,7 +265,7 @@ impl<S: ByteSource> Scene<S> {
                     .leaf(&self.manifest.models, entry.model.0)
                     .await?
                     .ok_or_else(missing)?;
-                let models: Arc<ModelChunk> = self.indexed(&leaf.url).await?;
+                let models: Arc<ModelChunk> = self.indexed(&leaf.url, Some(leaf.bytes)).await?;
                 models.models.get(&entry.model).cloned()
             }
         };
@@ -265,7 +278,7 @@ impl<S: ByteSource> Scene<S> {
     /// # Errors
     /// When it cannot be fetched, or is damaged.
     pub async fn population(&self, entry: &PageEntry) -> Result<Arc<Population>, Error> {
-        self.read_once(&entry.url, |bytes| {
+        self.read_once(&entry.url, Some(entry.bytes), |bytes| {
             Population::decode(bytes, ObjectId(entry.first)).map_err(|cause| Error::Document {
                 path: entry.url.url(),
                 cause: cause.to_string(),
@@ -324,14 +337,18 @@ impl<S: ByteSource> Scene<S> {
     /// # Errors
     /// When it cannot be fetched or arrives damaged.
     pub async fn blob(&self, name: &BlobName) -> Result<Bytes, Error> {
-        verified(&*self.source, name).await
+        verified(&*self.source, name, None).await
     }
 
     /// The chunk of an index tree below which an id lies.
     pub(crate) async fn leaf(&self, root: &Page, id: u32) -> Result<Option<PageEntry>, Error> {
         let mut entry = root.entry_of(id).cloned();
         while let Some(page) = entry.as_ref().filter(|e| e.kind == PageKind::Page) {
-            entry = self.indexed::<Page>(&page.url).await?.entry_of(id).cloned();
+            entry = self
+                .indexed::<Page>(&page.url, Some(page.bytes))
+                .await?
+                .entry_of(id)
+                .cloned();
         }
         Ok(entry)
     }
@@ -346,47 +363,60 @@ impl<S: ByteSource> Scene<S> {
         self.lost.lock().await.retain(|_, loss| !loss.passes);
     }
 
-    /// A document of an index, fetched once; what is not there, or damaged, is not asked for again either, and with
-    /// [`Scene::giving_up`] nothing is that failed.
+    /// A document of an index, which has so many bytes where that is known, fetched once; what is not there, or damaged, is not asked
+    /// for again either.
     pub(crate) async fn indexed<T: DeserializeOwned + Send + Sync + 'static>(
         &self,
         name: &BlobName,
+        bytes: Option<u64>,
     ) -> Result<Arc<T>, Error> {
-        self.read_once(name, |bytes| document::<T>(&name.url(), bytes)).await
+        self.read_once(name, bytes, |bytes| document::<T>(&name.url(), bytes))
+            .await
     }
 
     async fn read_once<T: Send + Sync + 'static>(
         &self,
         name: &BlobName,
+        bytes: Option<u64>,
         read: impl Fn(&Bytes) -> Result<T, Error>,
     ) -> Result<Arc<T>, Error> {
         let known = self.index.lock().await.get(name).cloned();
         if let Some(Ok(document)) = known.map(Arc::downcast) {
             return Ok(document);
         }
+        let read = Arc::new(self.remembered(name, bytes, read).await?);
+        self.index.lock().await.insert(name.clone(), read.clone());
+        Ok(read)
+    }
+
+    /// A document that is fetched and read unless it could not be before; with [`Scene::giving_up`] whatever the reason was.
+    async fn remembered<T>(
+        &self,
+        name: &BlobName,
+        bytes: Option<u64>,
+        read: impl Fn(&Bytes) -> Result<T, Error>,
+    ) -> Result<T, Error> {
         if let Some(Loss { cause, passes }) = self.lost.lock().await.get(name) {
             let (cause, passes) = (cause.clone(), *passes);
             return Err(Error::GivenUp { cause, passes });
         }
-        let came = self.blob(name).await;
-        match came.and_then(|bytes| read(&bytes)) {
-            Ok(read) => {
-                let read = Arc::new(read);
-                self.index.lock().await.insert(name.clone(), read.clone());
-                Ok(read)
-            }
-            Err(cause) => {
-                let passes = cause.passes();
-                if self.gives_up || !passes {
-                    let loss = Loss {
-                        cause: cause.to_string(),
-                        passes,
-                    };
-                    self.lost.lock().await.insert(name.clone(), loss);
-                }
-                Err(cause)
-            }
+        let came = verified(&*self.source, name, bytes).await;
+        let read = came.and_then(|bytes| read(&bytes));
+        if let Err(cause) = &read
+            && (self.gives_up || !cause.passes())
+        {
+            let loss = Loss {
+                cause: cause.to_string(),
+                passes: cause.passes(),
+            };
+            self.lost.lock().await.insert(name.clone(), loss);
         }
+        read
+    }
+
+    /// How many documents could not be had or read, and are not asked for again.
+    pub(crate) async fn lost_documents(&self) -> usize {
+        self.lost.lock().await.len()
     }
 }
 
@@ -409,11 +439,15 @@ async fn named<T: DeserializeOwned>(source: &impl ByteSource, path: &str) -> Res
 
 /// The same from where it is published, past all caches.
 async fn fresh<T: DeserializeOwned>(source: &impl ByteSource, path: &str) -> Result<T, Error> {
-    document(path, &source.get_fresh(path).await?.0)
+    let (bytes, _) = source.get_watched(Ask::of(path).fresh(), &mut unwatched).await?;
+    document(path, &bytes)
 }
 
-async fn verified(source: &impl ByteSource, name: &BlobName) -> Result<Bytes, Error> {
-    as_promised(name, source.get(&name.url()).await?)
+/// An immutable object, which has so many bytes where that is known.
+pub(crate) async fn verified(source: &impl ByteSource, name: &BlobName, bytes: Option<u64>) -> Result<Bytes, Error> {
+    let url = name.url();
+    let (bytes, _) = source.get_watched(Ask::of(&url).having(bytes), &mut unwatched).await?;
+    as_promised(name, bytes)
 }
 
 /// Bytes that are what a name promises.

@@ -33,7 +33,7 @@ impl<S: ByteSource> Scene<S> {
         if self.is_read(&around.url).await {
             return None;
         }
-        let start: Arc<Start> = self.indexed(&named.url).await.ok()?;
+        let start: Arc<Start> = self.indexed(&named.url, Some(named.bytes)).await.ok()?;
         let cell = start
             .cell()
             .filter(|entry| entry.cell == named.cell && entry.holds_alone(point))?;

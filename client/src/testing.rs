@@ -38,9 +38,9 @@ impl Bare {
     }
 
     /// The same with one cell or more, of which only a page knows, which may be [put beside](Bare::with) or not.
-    pub(crate) fn mapped_by(page: &BlobName) -> Self {
+    pub(crate) fn mapped_by(page: &BlobName, bytes: usize) -> Self {
         let bounds = json!({"min": [0, 0, 0], "max": [1, 1, 1]});
-        Self::mapped(&json!([{"kind": "chunk", "url": page, "bytes": 1, "first": 0, "count": 1, "bounds": bounds}]))
+        Self::mapped(&json!([{"kind": "chunk", "url": page, "bytes": bytes, "first": 0, "count": 1, "bounds": bounds}]))
     }
 
     fn mapped(cells: &serde_json::Value) -> Self {
@@ -112,7 +112,7 @@ impl Faulty {
         let content = r#"{"cells": []}"#;
         let page = BlobName::of(content.as_bytes(), "json").expect("a name");
         Self {
-            tree: Bare::mapped_by(&page).with(&page, content),
+            tree: Bare::mapped_by(&page, content.len()).with(&page, content),
             page: page.url(),
             fault,
             is_well: AtomicBool::new(false),

@@ -106,8 +106,10 @@ impl<S: ByteSource> Scene<S> {
 
     async fn answer(&self, search: &mut CellSearch, entry: &PageEntry) -> Result<(), Error> {
         match entry.kind {
-            PageKind::Page => search.give_page(self.indexed::<Page>(&entry.url).await?.as_ref()),
-            PageKind::Chunk => search.give_chunk(self.indexed::<CellChunk>(&entry.url).await?.as_ref()),
+            PageKind::Page => search.give_page(self.indexed::<Page>(&entry.url, Some(entry.bytes)).await?.as_ref()),
+            PageKind::Chunk => {
+                search.give_chunk(self.indexed::<CellChunk>(&entry.url, Some(entry.bytes)).await?.as_ref())
+            }
         }
         Ok(())
     }
@@ -184,12 +186,12 @@ impl<S: ByteSource> Scene<S> {
             let Some(next) = open.pop() else { break };
             let read = match next.kind {
                 PageKind::Page => self
-                    .indexed::<Page>(&next.url)
+                    .indexed::<Page>(&next.url, Some(next.bytes))
                     .await
                     .map(|page| open.extend(page.entries.iter().cloned())),
                 PageKind::Chunk => {
                     chunks += 1;
-                    let chunk = self.indexed::<ObjectChunk>(&next.url).await;
+                    let chunk = self.indexed::<ObjectChunk>(&next.url, Some(next.bytes)).await;
                     chunk.map(|chunk| objects.extend(chunk.objects.iter().cloned()))
                 }
             };

@@ -12,7 +12,7 @@ use std::{
 };
 
 use belvedere_client::{
-    ByteSource, Client, Error, HttpSource, Retrying,
+    Ask, ByteSource, Client, Error, HttpSource, Retrying,
     live::{LiveEvent, Participant, Session, SessionEvent, Stand},
 };
 use belvedere_scene::{BlobHash, BlobName, SceneName};
@@ -68,7 +68,7 @@ async fn a_server_that_ignores_ranges_is_believed_when_it_sends_all() {
     let (part, carried) = source.get_range(&path(), 2..5).await.unwrap();
     assert_eq!((part, carried), (Bytes::from_static(b"234"), 10));
     let beyond = source.get_range(&path(), 5..11).await.unwrap_err();
-    assert!(matches!(beyond, Error::Length { .. }), "{beyond}");
+    assert!(matches!(beyond, Error::Range { .. }), "{beyond}");
 }
 
 #[tokio::test]
@@ -81,16 +81,69 @@ async fn another_part_than_was_asked_for_is_not_believed() {
         part("3-5", b"345"),
         part("2-4", b"23"),
         answer("206 Partial Content", "Content-Length: 3\r\n", b"234"),
+        // The part as if it were all.
+        whole(b"234"),
     ] {
-        let (source, _) = server(vec![wrong]);
+        let (source, asked) = server(vec![wrong]);
+        let source = Retrying::new(source);
         let error = source.get_range(&path(), 2..5).await.unwrap_err();
-        assert!(matches!(error, Error::Length { .. }) && error.is_transient(), "{error}");
+        assert!(matches!(error, Error::Range { .. }), "{error}");
+        assert_eq!(asked.load(Ordering::Relaxed), 1, "it does so again");
     }
     let (source, _) = server(vec![part("2-4", b"234")]);
     assert_eq!(
         source.get_range(&path(), 2..5).await.unwrap().0,
         Bytes::from_static(b"234")
     );
+}
+
+/// Answers with a head, and zeros for as long as somebody takes them.
+fn endless(head: &'static str) -> HttpSource {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
+    std::thread::spawn(move || {
+        for stream in listener.incoming() {
+            let Ok(mut stream) = stream else { return };
+            hear(&mut stream);
+            let mut sent = stream.write_all(head.as_bytes());
+            while sent.is_ok() {
+                sent = stream.write_all(&[0; 1 << 16]);
+            }
+        }
+    });
+    HttpSource::new(&format!("http://{address}")).expect("an address")
+}
+
+#[tokio::test]
+async fn an_answer_that_never_ends_is_not_taken() {
+    let announced = "HTTP/1.1 200 OK\r\nContent-Length: 40000000000\r\n\r\n";
+    let part = "HTTP/1.1 206 Partial Content\r\nContent-Range: bytes 2-4/10\r\n\r\n";
+    let unannounced = "HTTP/1.1 200 OK\r\n\r\n";
+    let packed = "HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\nContent-Length: 40000000000\r\n\r\n";
+    for (head, known) in [
+        (announced, None),
+        (announced, Some(10)),
+        (unannounced, Some(10)),
+        (packed, Some(10)),
+    ] {
+        let ask = path();
+        let mut watch = |so_far: &[u8]| assert!(so_far.len() <= 10, "{head}");
+        let source = endless(head);
+        let came = source.get_watched(Ask::of(&ask).having(known), &mut watch).await;
+        let error = came.expect_err("it has no end");
+        assert!(matches!(error, Error::TooLong { .. }), "{error}");
+    }
+    let error = endless(part).get_range(&path(), 2..5).await.expect_err("it has no end");
+    assert!(matches!(error, Error::TooLong { .. }), "{error}");
+}
+
+#[tokio::test]
+async fn who_is_told_to_come_back_in_an_hour_does_not_wait() {
+    let busy = answer("429 Too Many Requests", "Retry-After: 3600\r\n", b"");
+    let (source, asked) = server(vec![busy, whole(CONTENT)]);
+    let error = Retrying::new(source).get(&path()).await.unwrap_err();
+    assert!(matches!(error, Error::Busy { .. }) && error.is_transient(), "{error}");
+    assert_eq!(asked.load(Ordering::Relaxed), 1);
 }
 
 #[tokio::test]
@@ -129,7 +182,7 @@ async fn what_has_come_of_an_answer_is_seen_before_the_rest_is_sent() {
                 _ = seen.send(());
             }
         };
-        let came = source.get_watched(&path(), &mut watch).await;
+        let came = source.get_watched(Ask::of(&path()), &mut watch).await;
         assert!(sends.join().expect("a server"), "{field:?}");
         assert_eq!(came.expect("all of it").0, content);
         assert_eq!(most, content.len());
@@ -142,7 +195,7 @@ async fn an_answer_that_is_cut_begins_anew() {
     let (source, _) = server(vec![cut, whole(CONTENT)]);
     let mut seen = Vec::new();
     let mut watch = |so_far: &[u8]| seen.push(so_far.to_vec());
-    let came = Retrying::new(source).get_watched(&path(), &mut watch).await;
+    let came = Retrying::new(source).get_watched(Ask::of(&path()), &mut watch).await;
     assert_eq!(came.unwrap().0, CONTENT);
     seen.dedup();
     assert!(seen.iter().all(|so_far| CONTENT.starts_with(so_far)));

@@ -36,7 +36,7 @@ async fn a_link_walks_through_a_private_scene_and_nothing_else_does() {
     let walk = |tree| data.run(&["walk", tree, "--scene", "rooms", "--script", script, "--json"]);
     let walked = walk(base);
     let seen: Value = serde_json::from_slice(&walked.stdout).expect("JSON");
-    assert_eq!((&seen["failures"], &seen["holes"]), (&0.into(), &0.into()), "{seen}");
+    assert_eq!((&seen["lost_files"], &seen["holes"]), (&0.into(), &0.into()), "{seen}");
     assert_ne!(walk(&server.base).status.code(), Some(0));
 
     assert!(

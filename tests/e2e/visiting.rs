@@ -34,7 +34,7 @@ fn a_slow_line_brings_things_later_and_what_lies_ahead_is_there_before_it_is_see
 
     let fast = walk(&data, tree, &[]);
     assert_eq!((&fast["sessions"], &fast["frames"]), (&1.into(), &201.into()), "{fast}");
-    assert_eq!((&fast["holes"], &fast["failures"]), (&0.into(), &0.into()), "{fast}");
+    assert_eq!((&fast["holes"], &fast["lost_files"]), (&0.into(), &0.into()), "{fast}");
     assert_eq!(fast["quality"]["min"], 1.0, "{fast}");
 
     let slow = walk(&data, tree, &["--bandwidth", "64k", "--latency", "50ms"]);
@@ -180,7 +180,7 @@ fn what_is_lost_is_not_there_and_the_walk_goes_on() {
     lose(&data, "pack");
     let alone = walk(&data, tree, &["--min-quality", "100%"]);
     assert!(
-        alone["failures"].as_u64() > Some(0) && alone["quality"]["min"] == 1.0,
+        alone["lost_files"].as_u64() > Some(0) && alone["quality"]["min"] == 1.0,
         "{alone}"
     );
     // A record also stands as JSON, and in the steps from the cells next door.

@@ -5,7 +5,7 @@ use std::{ops::Range, path::PathBuf, sync::Arc};
 use belvedere_scene::BlobName;
 use bytes::Bytes;
 
-use super::{ByteSource, Watch, shelf::Shelf, unwatched};
+use super::{Ask, ByteSource, Watch, shelf::Shelf, unwatched};
 use crate::Error;
 
 /// A source in front of which what was fetched is kept in a folder. Those objects that were used longest ago make room for
@@ -52,26 +52,22 @@ impl<S: ByteSource> ByteSource for DiskCache<S> {
     }
 
     async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.get_watched(path, &mut unwatched).await
+        self.get_watched(Ask::of(path), &mut unwatched).await
     }
 
-    async fn get_watched(&self, path: &str, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
-        let Ok(name) = BlobName::from_url(path) else {
-            return self.source.get_watched(path, watch).await;
+    async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        let (Ok(name), false) = (BlobName::from_url(ask.path), ask.fresh) else {
+            return self.source.get_watched(ask, watch).await;
         };
         let asked = name.clone();
         if let Some(bytes) = self.with_shelf(move |shelf| shelf.take(&asked)).await.flatten() {
             watch(&bytes);
             return Ok((bytes, 0));
         }
-        let (bytes, carried) = self.source.get_watched(path, watch).await?;
+        let (bytes, carried) = self.source.get_watched(ask, watch).await?;
         let kept = bytes.clone();
         self.with_shelf(move |shelf| shelf.put(&name, &kept)).await;
         Ok((bytes, carried))
-    }
-
-    async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.source.get_fresh(path).await
     }
 
     /// A part of what is in the folder, or of what the source has: that has no hash, and is not kept.

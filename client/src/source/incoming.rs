@@ -1,20 +1,28 @@
 //! What has come of an answer that is still on its way? Its bytes so far, unpacked, any part of which can be taken out before the
-//! rest is here.
+//! rest is here. It may have no more bytes than it is known to have, or than a document may: more are refused as soon as they come, or
+//! are announced.
 
 use std::io::{self, Write};
 
 use bytes::Bytes;
 use flate2::write::GzDecoder;
 
+use super::Ask;
 use crate::Error;
 
 /// No document is larger than this once it is unpacked.
-const MOST_DOCUMENT_BYTES: usize = 256 << 20;
+const MOST_DOCUMENT_BYTES: u64 = 256 << 20;
+/// What does not shrink takes more when it is packed: headers, and a share for each block.
+const PACKING_BYTES: u64 = 1 << 10;
+const PACKING_SHARE: u64 = 256;
 
 /// One answer, piece after piece.
 pub(super) struct Incoming<'a> {
     path: &'a str,
     body: Body,
+    /// It may have so many bytes, and take so many on the line.
+    most_bytes: u64,
+    most_carried: u64,
     /// What the line has carried of it.
     pub(super) carried: u64,
 }
@@ -25,24 +33,67 @@ enum Body {
 }
 
 impl<'a> Incoming<'a> {
-    pub(super) fn new(path: &'a str, is_packed: bool) -> Self {
+    pub(super) fn new(ask: Ask<'a>, is_packed: bool) -> Self {
+        let most_bytes = ask.bytes.unwrap_or(MOST_DOCUMENT_BYTES);
+        let (body, most_carried) = if is_packed {
+            let unpacks = Box::new(GzDecoder::new(Vec::new()));
+            let packing_bytes = PACKING_BYTES + most_bytes / PACKING_SHARE;
+            (Body::Packed(unpacks), most_bytes.saturating_add(packing_bytes))
+        } else {
+            (Body::Plain(Vec::new()), most_bytes)
+        };
         Self {
-            path,
-            body: match is_packed {
-                true => Body::Packed(Box::new(GzDecoder::new(Vec::new()))),
-                false => Body::Plain(Vec::new()),
-            },
+            path: ask.path,
+            body,
+            most_bytes,
+            most_carried,
             carried: 0,
         }
     }
 
+    /// Hears how many bytes the line is to carry.
+    pub(super) fn expect(&self, carried: Option<u64>) -> Result<(), Error> {
+        self.bound(carried.unwrap_or(0), self.most_carried)
+    }
+
     pub(super) fn push(&mut self, piece: &[u8]) -> Result<(), Error> {
         self.carried += piece.len() as u64;
-        match &mut self.body {
-            Body::Plain(bytes) => bytes.extend_from_slice(piece),
-            Body::Packed(unpacks) => unpack(self.path, unpacks, piece)?,
+        self.bound(self.carried, self.most_carried)?;
+        let mut left = piece;
+        while !left.is_empty() {
+            left = self.push_some(left)?;
+            self.bound(self.so_far().len() as u64, self.most_bytes)?;
         }
-        Ok(())
+        if let Body::Packed(unpacks) = &mut self.body {
+            unpacks.flush().map_err(|cause| garbled(self.path, &cause))?;
+        }
+        self.bound(self.so_far().len() as u64, self.most_bytes)
+    }
+
+    /// Takes in the beginning of a piece; answers with what is left of it.
+    fn push_some<'p>(&mut self, piece: &'p [u8]) -> Result<&'p [u8], Error> {
+        match &mut self.body {
+            Body::Plain(bytes) => {
+                bytes.extend_from_slice(piece);
+                Ok(&[])
+            }
+            Body::Packed(unpacks) => {
+                // Of a piece that unpacks to very much, only so much is taken in at once.
+                let taken = unpacks.write(piece).map_err(|cause| garbled(self.path, &cause))?;
+                // What follows its end is nothing of it.
+                Ok(if taken == 0 { &[] } else { &piece[taken..] })
+            }
+        }
+    }
+
+    fn bound(&self, bytes: u64, most_bytes: u64) -> Result<(), Error> {
+        match bytes <= most_bytes {
+            true => Ok(()),
+            false => Err(Error::TooLong {
+                path: self.path.to_owned(),
+                most_bytes: self.most_bytes,
+            }),
+        }
     }
 
     /// All that has come.
@@ -63,25 +114,6 @@ impl<'a> Incoming<'a> {
         bytes.shrink_to_fit();
         Ok(bytes.into())
     }
-}
-
-fn unpack(path: &str, unpacks: &mut GzDecoder<Vec<u8>>, mut piece: &[u8]) -> Result<(), Error> {
-    while !piece.is_empty() {
-        // Of a piece that unpacks to very much, only so much is taken in at once.
-        let taken = unpacks.write(piece).map_err(|cause| garbled(path, &cause))?;
-        if unpacks.get_ref().len() > MOST_DOCUMENT_BYTES {
-            return Err(Error::Document {
-                path: path.to_owned(),
-                cause: format!("it has more than {MOST_DOCUMENT_BYTES} bytes"),
-            });
-        }
-        if taken == 0 {
-            // What follows its end is nothing of it.
-            break;
-        }
-        piece = &piece[taken..];
-    }
-    unpacks.flush().map_err(|cause| garbled(path, &cause))
 }
 
 fn garbled(path: &str, cause: &io::Error) -> Error {

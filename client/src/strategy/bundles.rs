@@ -47,6 +47,13 @@ pub fn path_of(members: &[FileRef]) -> String {
     format!("/o/bundle/{}", names.join("+"))
 }
 
+/// What the answer to that has.
+#[must_use]
+pub fn bytes_of(members: &[FileRef]) -> u64 {
+    let table = HEAD_BYTES + 4 * members.len();
+    table as u64 + members.iter().map(|file| file.bytes).sum::<u64>()
+}
+
 /// The members of a bundle of so many; `None` when it is anything else.
 #[must_use]
 pub fn members_of(bundle: &Bytes, members: usize) -> Option<Vec<Bytes>> {

@@ -1,7 +1,7 @@
 //! What comes over the line, and when? Requests of one visitor: fetched for real, charged to a simulated line, and here when
 //! they would have come.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 
 use belvedere_scene::rung::RungName;
 use bytes::Bytes;
@@ -65,6 +65,10 @@ pub(super) struct Courier<'a, S> {
     /// When answers are here, and how large they are, in the order in which they come.
     arriving: VecDeque<(f64, u64)>,
     arrived_bytes: u64,
+    /// Files that could not be had or read, documents apart.
+    lost: HashSet<Key>,
+    /// Whether something of the revision was gone since somebody last asked.
+    missed: bool,
     pub(super) ledger: Ledger,
     pub(super) tour: Tour,
 }
@@ -80,6 +84,8 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             under_way: Vec::new(),
             arriving: VecDeque::new(),
             arrived_bytes: 0,
+            lost: HashSet::new(),
+            missed: false,
             ledger: Ledger::default(),
             tour: Tour::default(),
         }
@@ -113,6 +119,28 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             self.arrived_bytes += bytes;
         }
         self.arrived_bytes
+    }
+
+    /// Takes note of what went wrong.
+    pub(super) fn fail(&mut self, cause: &Error) {
+        self.missed |= matches!(cause, Error::Missing(_));
+        self.tour.tell(cause);
+    }
+
+    /// Whether something of the revision was found to be gone; told once.
+    pub(super) fn has_missed(&mut self) -> bool {
+        std::mem::take(&mut self.missed)
+    }
+
+    /// What became of all.
+    pub(super) async fn end(self) -> Tour {
+        let lost_files = self.lost.len() + self.scene.lost_documents().await;
+        Tour {
+            bytes: self.ledger.causes(),
+            ways: self.ledger.ways,
+            lost_files: lost_files as u64,
+            ..self.tour
+        }
     }
 
     /// Lets all documents that were fetched since come over the line, asked for at this time; says when the last is there.
@@ -157,8 +185,11 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         let mut came = Vec::with_capacity(fetched.len());
         for (file, result) in fetched {
             let result = result.and_then(|bytes| self.check(&file, bytes, planner));
-            let length = result.map_err(|cause| self.tour.fail(cause)).ok();
-            came.push((file, length));
+            if let Err(cause) = &result {
+                self.lost.insert(file.name.key());
+                self.fail(cause);
+            }
+            came.push((file, result.ok()));
         }
         let members = match &came[..] {
             [(pack, Some(bytes))] => self.unpack(pack.name.key(), *bytes, transfer, planner),

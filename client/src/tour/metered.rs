@@ -8,7 +8,7 @@ use std::{
 
 use bytes::Bytes;
 
-use crate::{ByteSource, Error};
+use crate::{Ask, ByteSource, Error, Watch, source::unwatched};
 
 /// One request. Who fails carries nothing.
 #[derive(Debug, Clone, Copy)]
@@ -49,15 +49,13 @@ impl<S> Metered<S> {
 
 impl<S: ByteSource> ByteSource for Metered<S> {
     async fn get(&self, path: &str) -> Result<Bytes, Error> {
-        let started = Instant::now();
-        let fetched = self.source.get_carried(path).await;
-        self.note(started, &fetched);
+        let fetched = self.get_watched(Ask::of(path), &mut unwatched).await;
         fetched.map(|(bytes, _)| bytes)
     }
 
-    async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
+    async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
         let started = Instant::now();
-        let fetched = self.source.get_fresh(path).await;
+        let fetched = self.source.get_watched(ask, watch).await;
         self.note(started, &fetched);
         fetched
     }

@@ -1,9 +1,9 @@
 //! What became of a tour? Frame by frame, and in sum over many visitors.
 
-use belvedere_scene::CellId;
+use belvedere_scene::{CellId, Revision};
 use serde::Serialize;
 
-use crate::{strategy::residency::Residency, whereabouts::NOWHERE};
+use crate::{Error, strategy::residency::Residency, whereabouts::NOWHERE};
 
 /// A moment of a tour.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -41,10 +41,12 @@ pub struct Tour {
     pub memory: Memory,
     /// Requests.
     pub requests: u64,
-    /// What could not be fetched or read, each time …
-    pub failures: u64,
-    /// … and the first of them, with their reasons.
+    /// Files that could not be had or read, documents included, each once however often it was asked for.
+    pub lost_files: u64,
+    /// What went wrong first, with reasons.
     pub first_failures: Vec<String>,
+    /// The revision that took the place of this one meanwhile, as was found when something of this one was gone.
+    pub newer_revision: Option<Revision>,
     /// What requests really took, in milliseconds.
     pub latencies_ms: Vec<f64>,
 }
@@ -53,10 +55,9 @@ pub struct Tour {
 const TOLD: usize = 5;
 
 impl Tour {
-    /// Counts something that could not be fetched or read.
-    pub(super) fn fail(&mut self, cause: impl ToString) {
-        self.failures += 1;
-        if self.first_failures.len() < TOLD {
+    /// Tells what went wrong, unless that was told before.
+    pub(super) fn tell(&mut self, cause: &Error) {
+        if !matches!(cause, Error::GivenUp { .. }) && self.first_failures.len() < TOLD {
             self.first_failures.push(cause.to_string());
         }
     }
@@ -223,10 +224,12 @@ pub struct Outcome {
     pub convergence_s: Option<f64>,
     /// Of all visitors.
     pub requests: u64,
-    /// What could not be fetched or read, each time …
-    pub failures: u64,
-    /// … and the first of them, with their reasons.
+    /// Files that could not be had or read, documents included, each once for each visitor.
+    pub lost_files: u64,
+    /// What went wrong first, with reasons.
     pub first_failures: Vec<String>,
+    /// The revision that took the place of the one that was walked through, as a visitor found who missed something of it.
+    pub newer_revision: Option<Revision>,
     /// Of all requests.
     pub latency_ms: Latency,
 }
@@ -272,7 +275,8 @@ impl Outcome {
                 .and_then(|all| mean(all.into_iter()))
                 .map(|mean_ms| mean_ms / 1000.0),
             requests: sum(|tour| tour.requests),
-            failures: sum(|tour| tour.failures),
+            lost_files: sum(|tour| tour.lost_files),
+            newer_revision: tours.iter().find_map(|tour| tour.newer_revision),
             first_failures: tours
                 .iter()
                 .flat_map(|tour| &tour.first_failures)

@@ -8,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-use belvedere_client::{ByteSource, Error};
+use belvedere_client::{Ask, ByteSource, Error, Watch};
 use bytes::Bytes;
 
 /// Between two looks at whether there is something to say.
@@ -108,8 +108,8 @@ impl<S: ByteSource> ByteSource for Counted<S> {
         self.count(path, self.source.get_carried(path)).await
     }
 
-    async fn get_fresh(&self, path: &str) -> Result<(Bytes, u64), Error> {
-        self.count(path, self.source.get_fresh(path)).await
+    async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        self.count(ask.path, self.source.get_watched(ask, watch)).await
     }
 
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {

@@ -361,8 +361,14 @@ fn summary(Report { outcome, live }: &Report) -> String {
             outcome.unknown_frames.to_string(),
         ));
     }
-    if outcome.failures > 0 {
-        rows.push(row("went wrong, as said below", outcome.failures.to_string()));
+    if outcome.lost_files > 0 {
+        rows.push(row(
+            "files that could not be had or read",
+            outcome.lost_files.to_string(),
+        ));
+    }
+    if let Some(revision) = outcome.newer_revision {
+        rows.push(row("published anew meanwhile, as revision", revision.to_string()));
     }
     rows.extend(live.iter().flat_map(live::Live::rows));
     let mut text = table(&["", ""], &rows).trim_start_matches('\n').to_owned();

@@ -6,7 +6,7 @@ use tokio::sync::Semaphore;
 
 use super::*;
 use crate::{
-    Watch,
+    Ask, Watch,
     testing::{Packed, packed},
 };
 
@@ -44,9 +44,9 @@ impl ByteSource for Slow {
         self.tree.get(path).await
     }
 
-    async fn get_watched(&self, path: &str, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
-        let mut bytes = self.get(path).await?;
-        if path.ends_with(".pack") {
+    async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        let mut bytes = self.get(ask.path).await?;
+        if ask.path.ends_with(".pack") {
             watch(&bytes[..self.beginning]);
             self.go.acquire().await.expect("it is never closed").forget();
             bytes = (self.end)(bytes)?;
@@ -178,9 +178,13 @@ impl ByteSource for Stuck {
         self.tree.get(path).await
     }
 
-    async fn get_watched(&self, path: &str, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
-        let bytes = self.get(path).await?;
-        if path == self.first {
+    async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        let bytes = self.get(ask.path).await?;
+        if ask.path.ends_with(".json") {
+            let carried = bytes.len() as u64;
+            return Ok((bytes, carried));
+        }
+        if ask.path == self.first {
             watch(&bytes[..self.beginning]);
         }
         std::future::pending().await

@@ -33,6 +33,8 @@ use crate::{
 const MOST_FRAMES: u64 = 864_000;
 /// Who has moved so far looks anew at what is wanted.
 const MOVED_M: f64 = 0.25;
+/// Between two looks at whether the scene was published anew.
+const LOOK_AGAIN_MS: f64 = 10_000.0;
 
 /// Walks through one revision.
 pub(super) struct Visitor<'a, S> {
@@ -57,6 +59,8 @@ pub(super) struct Visitor<'a, S> {
     held_since: bool,
     /// Cells of which it was said that memory is short.
     short_in: HashSet<CellId>,
+    /// From when on the pointer may be looked at again.
+    look_ms: f64,
     courier: Courier<'a, S>,
 }
 
@@ -78,6 +82,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             planned_at: None,
             held_since: false,
             short_in: HashSet::new(),
+            look_ms: 0.0,
             courier: Courier::on(settings.line, scene),
         }
     }
@@ -96,9 +101,9 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             let frame = self.frame(t_ms);
             self.courier.tour.frames.push(frame);
             self.ask(t_ms + frame_ms).await;
+            self.look_for_newer(t_ms).await;
         }
-        let (ledger, mut tour) = (self.courier.ledger, self.courier.tour);
-        (tour.bytes, tour.ways) = (ledger.causes(), ledger.ways);
+        let mut tour = self.courier.end().await;
         tour.memory = Memory::of(
             &self.planner.residency,
             tour.memory,
@@ -106,6 +111,16 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             &tour.frames,
         );
         tour
+    }
+
+    /// Where something of this revision is gone, another may have taken its place: looks now and then until it is known which.
+    async fn look_for_newer(&mut self, t_ms: f64) {
+        let is_due = self.courier.tour.newer_revision.is_none() && t_ms >= self.look_ms;
+        if is_due && self.courier.has_missed() {
+            self.look_ms = t_ms + LOOK_AGAIN_MS;
+            self.courier.tour.newer_revision = self.scene.newer_revision().await.unwrap_or_default();
+            self.courier.charge(self.now_ms);
+        }
     }
 
     /// Finds the cell at a position and reads what can be seen from there. Who cannot find it stays where it was.
@@ -119,12 +134,10 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         let at = match found {
             Ok(whereabouts) => {
                 self.is_astray = !whereabouts.is_sure;
-                for cause in whereabouts.failures {
-                    self.courier.tour.fail(cause);
-                }
+                whereabouts.failures.iter().for_each(|cause| self.courier.fail(cause));
                 whereabouts.cell
             }
-            Err(cause) => return self.courier.tour.fail(cause),
+            Err(cause) => return self.courier.fail(&cause),
         };
         if self.here == Some(at.cell) {
             return;
@@ -155,7 +168,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         };
         let (place, others) = atlas::look(self.scene, entry, record, uses).await;
         failures.extend(others);
-        failures.into_iter().for_each(|cause| self.courier.tour.fail(cause));
+        failures.iter().for_each(|cause| self.courier.fail(cause));
         self.atlas.add(place);
         let from_ms = self.courier.charge(read_ms);
         self.known_ms.insert(cell, from_ms);
@@ -170,10 +183,10 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
                 self.learn(entry, asked_ms).await;
                 return self.look_around();
             }
-            Ok(None) => format!("the index does not lead to {cell}"),
-            Err(cause) => cause.to_string(),
+            Ok(None) => Error::NoCell(cell),
+            Err(cause) => cause,
         };
-        self.courier.tour.fail(cause);
+        self.courier.fail(&cause);
         self.known_ms.insert(cell, f64::INFINITY);
     }
 
@@ -191,7 +204,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         let needed_bytes = plan::least_bytes(self.atlas.seen_around(here), &self.planner.residency);
         self.courier.tour.memory.needs(here, needed_bytes);
         if needed_bytes > limit_bytes && self.short_in.insert(here) {
-            self.courier.tour.fail(Error::MemoryShort {
+            self.courier.fail(&Error::MemoryShort {
                 cell: here,
                 needed_bytes,
                 limit_bytes,

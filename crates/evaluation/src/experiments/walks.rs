@@ -90,7 +90,7 @@ pub struct Walked {
     pub bytes: [u64; 3],
     /// Requests.
     pub requests: u64,
-    /// What could not be fetched.
+    /// Files that could not be had.
     pub failures: u64,
     /// Of the first walk, each second: its time, the worst quality, bytes so far.
     pub seconds: Vec<[f64; 3]>,
@@ -225,7 +225,7 @@ impl Walked {
             perfect: (frames > 0).then(|| perfect as f64 / frames as f64),
             bytes: [causes.needed, causes.prefetched_used, causes.prefetched_wasted],
             requests: outcome.requests,
-            failures: outcome.failures,
+            failures: outcome.lost_files,
             seconds: tours.first().map_or_else(Vec::new, seconds),
         }
     }

@@ -1,0 +1,211 @@
+//! What does a server or CDN answer? Every answer is bounded: by what is known of its length, and else by what a document may have.
+
+use std::{
+    ops::Range,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
+
+use bytes::Bytes;
+use reqwest::{
+    Method, RequestBuilder, Response, StatusCode,
+    header::{ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_RANGE, LINK, RANGE, RETRY_AFTER},
+};
+
+use super::{Ask, ByteSource, Watch, incoming::Incoming, part_of, unwatched};
+use crate::Error;
+
+/// Answers that say that the request is wrong now, and not for ever.
+const MAY_CHANGE: [StatusCode; 3] = [
+    StatusCode::REQUEST_TIMEOUT,
+    StatusCode::TOO_EARLY,
+    StatusCode::TOO_MANY_REQUESTS,
+];
+
+/// A server or CDN.
+#[derive(Debug, Clone)]
+pub struct HttpSource {
+    base: String,
+    http: reqwest::Client,
+    /// Whether an answer offered bundles.
+    bundles: Arc<AtomicBool>,
+}
+
+impl HttpSource {
+    /// The tree below an address such as `http://127.0.0.1:8080` or `https://cdn.example.org/worlds`.
+    ///
+    /// # Errors
+    /// When the address is none, or has a query or a fragment.
+    pub fn new(base: &str) -> Result<Self, Error> {
+        let wrong = || Error::Address(base.to_owned());
+        let url: reqwest::Url = base.parse().map_err(|_| wrong())?;
+        if !matches!(url.scheme(), "http" | "https") || url.cannot_be_a_base() {
+            return Err(wrong());
+        }
+        if let Some(end) = base.find(['?', '#']) {
+            return Err(Error::Link {
+                address: base.to_owned(),
+                tree: base[..end].to_owned(),
+            });
+        }
+        let http = reqwest::Client::builder()
+            .connect_timeout(Duration::from_secs(10))
+            .read_timeout(Duration::from_secs(30))
+            .build()
+            .map_err(|_| wrong())?;
+        Ok(Self {
+            base: base.trim_end_matches('/').to_owned(),
+            http,
+            bundles: Arc::default(),
+        })
+    }
+}
+
+impl HttpSource {
+    /// All that is at a path, and what the line carried.
+    async fn whole(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        let request = self.request(Method::GET, ask.path).header(ACCEPT_ENCODING, "gzip");
+        let request = match ask.fresh {
+            true => request.header(CACHE_CONTROL, "no-cache"),
+            false => request,
+        };
+        read(ask, self.send(ask.path, request).await?, watch).await
+    }
+
+    /// Sends a request; answers with success only.
+    async fn send(&self, path: &str, request: RequestBuilder) -> Result<Response, Error> {
+        let answer = request.send().await.map_err(|cause| failed(path, &cause))?;
+        let answer = succeeded(path, answer)?;
+        let links = answer
+            .headers()
+            .get_all(LINK)
+            .iter()
+            .filter_map(|link| link.to_str().ok());
+        if links
+            .into_iter()
+            .any(|link| link.contains("rel=\"bundles\"") || link.contains("rel=bundles"))
+        {
+            self.bundles.store(true, Ordering::Relaxed);
+        }
+        Ok(answer)
+    }
+
+    /// A request for a path, to be completed and sent.
+    pub(crate) fn request(&self, method: Method, path: &str) -> RequestBuilder {
+        self.http.request(method, format!("{}{path}", self.base))
+    }
+}
+
+/// All of an answer, and what the line carried. One that is longer than it may be is not read to its end, nor at all where it says so.
+async fn read(ask: Ask<'_>, mut answer: Response, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+    let encoding = answer.headers().get(CONTENT_ENCODING);
+    let mut incoming = Incoming::new(ask, encoding.is_some_and(|encoding| encoding == "gzip"));
+    incoming.expect(answer.content_length())?;
+    while let Some(piece) = answer.chunk().await.map_err(|cause| failed(ask.path, &cause))? {
+        incoming.push(&piece)?;
+        watch(incoming.so_far());
+    }
+    let carried = incoming.carried;
+    Ok((incoming.whole()?, carried))
+}
+
+/// An answer, if it is one of success.
+pub(crate) fn succeeded(path: &str, answer: Response) -> Result<Response, Error> {
+    let status = answer.status();
+    if [StatusCode::NOT_FOUND, StatusCode::GONE].contains(&status) {
+        return Err(Error::Missing(path.to_owned()));
+    }
+    let may_change = status.is_server_error() || MAY_CHANGE.contains(&status);
+    let after = answer
+        .headers()
+        .get(RETRY_AFTER)
+        .and_then(|after| after.to_str().ok()?.parse().ok());
+    if let Some(after_s) = after.filter(|_| may_change) {
+        return Err(Error::Busy {
+            path: path.to_owned(),
+            status: status.as_u16(),
+            after: Duration::from_secs(after_s),
+        });
+    }
+    if status.is_client_error() && !may_change {
+        return Err(Error::Refused {
+            path: path.to_owned(),
+            status: status.as_u16(),
+        });
+    }
+    answer.error_for_status().map_err(|cause| failed(path, &cause))
+}
+
+pub(crate) fn failed(path: &str, cause: &reqwest::Error) -> Error {
+    Error::Fetch {
+        path: path.to_owned(),
+        cause: chain(cause),
+    }
+}
+
+impl ByteSource for HttpSource {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        Ok(self.get_carried(path).await?.0)
+    }
+
+    async fn get_carried(&self, path: &str) -> Result<(Bytes, u64), Error> {
+        self.whole(Ask::of(path), &mut unwatched).await
+    }
+
+    async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        self.whole(ask, watch).await
+    }
+
+    /// A server that knows no ranges answers with all of it, and one that answers with another part is not believed.
+    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
+        let (from, last) = (range.start, range.end.saturating_sub(1));
+        // A range of what is compressed would be one of other bytes.
+        let request = self
+            .request(Method::GET, path)
+            .header(ACCEPT_ENCODING, "identity")
+            .header(RANGE, format!("bytes={from}-{last}"));
+        let answer = self.send(path, request).await?;
+        let wrong = |cause: String| Error::Range {
+            path: path.to_owned(),
+            cause,
+        };
+        if answer.status() != StatusCode::PARTIAL_CONTENT {
+            let (whole, carried) = read(Ask::of(path), answer, &mut unwatched).await?;
+            let found = whole.len();
+            let part = part_of(path, &whole, range);
+            return match part {
+                Ok(part) => Ok((part, carried)),
+                Err(_) => Err(wrong(format!("with {found} bytes as if that were all of it"))),
+            };
+        }
+        let told = answer.headers().get(CONTENT_RANGE).and_then(|told| told.to_str().ok());
+        if !told.is_some_and(|told| told.starts_with(&format!("bytes {from}-{last}/"))) {
+            return Err(wrong(format!("with {}", told.unwrap_or("a part that has no place"))));
+        }
+        let expected = range.end - range.start;
+        let (bytes, carried) = read(Ask::of(path).having(Some(expected)), answer, &mut unwatched).await?;
+        match bytes.len() as u64 == expected {
+            true => Ok((bytes, carried)),
+            false => Err(wrong(format!("with {} bytes of these", bytes.len()))),
+        }
+    }
+
+    fn offers_bundles(&self) -> bool {
+        self.bundles.load(Ordering::Relaxed)
+    }
+}
+
+/// The error with its causes, outermost first.
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut next = error.source();
+    while let Some(cause) = next {
+        text.push_str(": ");
+        text.push_str(&cause.to_string());
+        next = cause.source();
+    }
+    text
+}

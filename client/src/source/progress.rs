@@ -1,0 +1,93 @@
+//! Does an answer still come? Who waits gives it a time to begin in, and more with each byte that is here: what trickles is given up.
+
+use std::{
+    pin::pin,
+    sync::{
+        OnceLock,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::Duration,
+};
+
+use tokio::time::{Instant, timeout_at};
+
+/// An answer that brings fewer bytes a second, beyond the time that it has to begin in, does not come.
+const LEAST_BYTES_PER_S: f64 = 1000.0;
+
+/// How far an answer has come.
+#[derive(Debug)]
+pub(super) struct Progress {
+    asked: Instant,
+    begun: OnceLock<Duration>,
+    bytes: AtomicU64,
+}
+
+impl Progress {
+    pub(super) fn new() -> Self {
+        Self {
+            asked: Instant::now(),
+            begun: OnceLock::new(),
+            bytes: AtomicU64::new(0),
+        }
+    }
+
+    /// So many bytes are here.
+    pub(super) fn note(&self, bytes: usize) {
+        self.begun.get_or_init(|| self.asked.elapsed());
+        self.bytes.store(bytes as u64, Ordering::Relaxed);
+    }
+
+    /// How many bytes are here.
+    pub(super) fn bytes(&self) -> u64 {
+        self.bytes.load(Ordering::Relaxed)
+    }
+
+    /// After what time it began, or for how long it has not.
+    pub(super) fn begins(&self) -> Duration {
+        self.begun.get().copied().unwrap_or_else(|| self.asked.elapsed())
+    }
+
+    /// An answer, unless it does not begin within a time, or trickles. One that is seen only when all of its bytes are here has the time
+    /// for so many of them as well.
+    pub(super) async fn wait<T>(&self, grace: Duration, unseen: u64, answer: impl Future<Output = T>) -> Option<T> {
+        let mut answer = pin!(answer);
+        loop {
+            let bytes = self.bytes();
+            let earned = Duration::from_secs_f64((bytes + unseen) as f64 / LEAST_BYTES_PER_S);
+            if let Ok(answer) = timeout_at(self.asked + grace + earned, &mut answer).await {
+                return Some(answer);
+            }
+            if self.bytes() <= bytes {
+                return None;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tokio::time::sleep;
+
+    use super::*;
+
+    /// How an answer ends of which so many bytes are here after each second, and when.
+    async fn answer(bytes_per_s: usize, seconds: usize) -> (bool, u64) {
+        let progress = Progress::new();
+        let comes = async {
+            for second in 1..=seconds {
+                sleep(Duration::from_secs(1)).await;
+                progress.note(second * bytes_per_s);
+            }
+        };
+        let came = progress.wait(Duration::from_secs(5), 0, comes).await;
+        (came.is_some(), progress.asked.elapsed().as_secs())
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_comes_slowly_is_waited_for_and_what_trickles_is_not() {
+        assert_eq!(answer(1100, 100).await, (true, 100));
+        assert_eq!(answer(100, 100).await, (false, 5));
+        assert_eq!(answer(500, 100).await, (false, 9));
+        assert_eq!(answer(0, 100).await, (false, 5));
+    }
+}
