@@ -20,21 +20,21 @@ export async function isRoofed(scene: PublishedScene): Promise<boolean> {
   if (!place || !reachesAbove(scene.manifest)) return false;
   const waiting = new AbortController();
   // What cannot be had says nothing of a roof.
-  const climbed = endsBelow(scene, place).catch(() => false);
+  const climbed = endsBelow(scene, place, waiting.signal).catch(() => false);
   const roofed = await Promise.race([climbed, pause(LONGEST_MS, waiting.signal).then(() => false)]);
   waiting.abort();
   return roofed;
 }
 
-async function endsBelow(scene: PublishedScene, { cell, position }: Viewpoint): Promise<boolean> {
+async function endsBelow(scene: PublishedScene, { cell, position }: Viewpoint, signal: AbortSignal): Promise<boolean> {
   const index = new CellIndex(scene);
   const [x, , z] = position;
   const isOver = ({ bounds: { min, max } }: CellEntry) => min[0] <= x && x <= max[0] && min[2] <= z && z <= max[2];
   let here = await index.entry(cell, PRIORITY.document);
-  for (let step = 0; step < MOST_STEPS; step += 1) {
+  for (let step = 0; step < MOST_STEPS && !signal.aborted; step += 1) {
     const top = here.bounds.max[1];
     if (top > scene.manifest.bounds.max[1]) return false;
-    const nextDoor = await Promise.all(here.adjacent.map((id) => index.entry(id, PRIORITY.document)));
+    const nextDoor = await index.entriesOf(here.adjacent, PRIORITY.document);
     const above = nextDoor.filter((entry) => isOver(entry) && entry.bounds.max[1] > top);
     const [highest] = above.sort((a, b) => b.bounds.max[1] - a.bounds.max[1]);
     if (!highest) return true;

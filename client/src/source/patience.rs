@@ -51,6 +51,11 @@ impl State {
     fn left(&self, spent: Duration) -> Duration {
         MOST.saturating_sub(self.spent + spent)
     }
+
+    fn hopes(&self) -> bool {
+        let is_due = self.silent_at.is_none_or(|at| at.elapsed() >= ASKS_AGAIN);
+        self.silence < MOST_SILENCE || is_due
+    }
 }
 
 impl Patience {
@@ -97,11 +102,25 @@ impl Patience {
         state.silent_at = Some(Instant::now());
     }
 
+    /// Somebody answered, though not with what was asked for.
+    pub(super) fn hears(&self) {
+        let mut state = self.state();
+        (state.silent, state.silence) = (0, Duration::ZERO);
+    }
+
     /// Whether it makes sense to ask now. Who hears nothing for long may ask once in a while.
     pub(super) fn hopes(&self) -> bool {
-        let state = self.state();
-        let is_due = state.silent_at.is_none_or(|at| at.elapsed() >= ASKS_AGAIN);
-        state.silence < MOST_SILENCE || is_due
+        self.state().hopes()
+    }
+
+    /// The same for who asks now: of several that may ask once in a while, one does.
+    pub(super) fn takes_turn(&self) -> bool {
+        let mut state = self.state();
+        let hopes = state.hopes();
+        if hopes && state.silence >= MOST_SILENCE {
+            state.silent_at = Some(Instant::now());
+        }
+        hopes
     }
 
     /// So much was spent on a request, and nothing came of it.
@@ -167,10 +186,12 @@ mod tests {
         patience.hears_nothing(ms(1));
         assert!(!patience.hopes());
         tokio::time::advance(ASKS_AGAIN).await;
-        assert!(patience.hopes());
+        assert!(patience.hopes() && patience.takes_turn());
+        assert!(!patience.hopes() && !patience.takes_turn(), "one of several asks");
+        tokio::time::advance(ASKS_AGAIN).await;
         patience.hears_nothing(ms(200));
         assert!(!patience.hopes());
-        patience.came(ms(2));
+        patience.hears();
         assert!(patience.hopes());
     }
 }

@@ -99,7 +99,7 @@ impl<S> Request<'_, S> {
             cause,
         };
         self.tries += 1;
-        if !patience.hopes() {
+        if !patience.takes_turn() {
             return Err(fails("nothing has been answered for long".to_owned()));
         }
         let spent = self.asked.elapsed();
@@ -109,9 +109,13 @@ impl<S> Request<'_, S> {
         };
         let answer = progress.wait(grace, unseen, answer).await;
         self.begins = progress.begins();
+        if let Some(Err(Error::Missing(_) | Error::Refused { .. } | Error::Busy { .. } | Error::Range { .. })) = &answer
+        {
+            patience.hears();
+        }
         answer.unwrap_or_else(|| {
             let (bytes, waited) = (progress.bytes(), self.asked.elapsed() - spent);
-            if bytes == 0 {
+            if bytes == 0 && unseen == 0 {
                 patience.hears_nothing(waited);
             }
             Err(fails(format!("{bytes} bytes came in {:.1} s", waited.as_secs_f64())))
@@ -203,7 +207,8 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
         let mut request = self.request(path);
         loop {
             let answer = self.source.get_range(path, range.clone());
-            match request.hear(&Progress::new(), range.end - range.start, answer).await {
+            // Who knows no ranges sends all of the file, which is as long as this at least.
+            match request.hear(&Progress::new(), range.end, answer).await {
                 Err(cause) if request.rest(&cause).await => {}
                 answer => return request.end(answer),
             }

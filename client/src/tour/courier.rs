@@ -185,9 +185,14 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         let mut came = Vec::with_capacity(fetched.len());
         for (file, result) in fetched {
             let result = result.and_then(|bytes| self.check(&file, bytes, planner));
-            if let Err(cause) = &result {
-                self.lost.insert(file.name.key());
-                self.fail(cause);
+            match &result {
+                Err(cause) => {
+                    self.lost.insert(file.name.key());
+                    self.fail(cause);
+                }
+                Ok(_) => {
+                    self.lost.remove(&file.name.key());
+                }
             }
             came.push((file, result.ok()));
         }

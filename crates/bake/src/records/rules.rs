@@ -47,7 +47,7 @@ fn imported<'t>(texts: &'t BTreeMap<String, String>, file: &str) -> BTreeSet<&'t
     let mut found = BTreeSet::new();
     let mut open = vec![file];
     while let Some(text) = open.pop().and_then(|file| texts.get(file)) {
-        for name in texts.keys().filter(|name| text.contains(&format!("\"{name}\""))) {
+        for (name, _) in text.split('"').filter_map(|quoted| texts.get_key_value(quoted)) {
             if name != file && found.insert(name.as_str()) {
                 open.push(name);
             }

@@ -1,6 +1,7 @@
 //! How is one part of a model made without the rest? From what it was called with.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use super::value::Value;
 
@@ -11,7 +12,7 @@ pub struct Recipe {
     pub file: String,
     /// What the file was given for parameters of its own; a text that has them as its own is
     /// [`Program::text_given`](super::Program::text_given).
-    pub given: Vec<(String, Value)>,
+    pub given: Arc<[(String, Value)]>,
     /// The part; `None` for the file as a whole.
     pub part: Option<String>,
     /// A value for each of its parameters, in order.

@@ -90,7 +90,7 @@ fn planted(
     let beside = Beside::of(path, ground);
     let mut grown = grow(&program, settings)?;
     let mut defects = Defects::default();
-    let texts = texts_of(&program, &mut grown);
+    let texts = texts_of(&program, &mut grown, &mut defects);
     let rules = (Arc::new(texts), settings.seed);
     let mut of_models = Defects::default();
     let growing = scene::Growing {

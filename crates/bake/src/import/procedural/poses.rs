@@ -19,7 +19,7 @@ pub(super) fn poses(
         return Ok(Vec::new());
     }
     let Some(recipe) = &part.recipe else {
-        let kind = "`frames` for a part that places others or takes on paint, so that it cannot be grown alone: one pose drawn";
+        let kind = "`frames` for a part that cannot be grown alone, as one that places others or takes on paint: one pose drawn";
         defects.note(kind, 1, || part.name.clone());
         return Ok(Vec::new());
     };

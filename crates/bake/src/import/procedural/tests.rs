@@ -385,6 +385,22 @@ fn parts_of_a_file_that_was_given_something_are_grown_from_a_text_that_has_it() 
     }
 }
 
+#[test]
+fn parts_of_a_file_that_was_given_more_than_a_text_may_hold_are_meshes() {
+    let post = "parameter l = [0] part post() { box(1, count(l), 1) } post()";
+    let files = [("post.dcg", post.into())];
+    let world = |count: usize| {
+        let list = vec!["1/3"; count].join(",");
+        rules(&format!("import \"post.dcg\" as post post(l = [{list}])"), &files).unwrap()
+    };
+    assert!(world(20_000).scene.models[0].recipe.is_some(), "0.4 MB");
+    let imported = world(60_000);
+    assert!(imported.scene.models[0].recipe.is_none(), "1.2 MB");
+    let kind =
+        "part of a file that is given so much, or in so many ways, that its rules would be too long: offered as meshes";
+    assert_eq!(imported.defects.count(kind), 1);
+}
+
 /// The texts of a recipe.
 struct Texts<'t>(&'t BTreeMap<String, String>);
 

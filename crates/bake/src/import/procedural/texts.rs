@@ -2,29 +2,37 @@
 //! own, the same text that has them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use belvedere_scene::procedural::limits::{MAX_ALL_TEXT_BYTES, MAX_TEXT_BYTES};
 use belvedere_scene::procedural::{Grown, Program};
 
-/// Most bytes of texts that differ by what they were given alone; parts of others cannot be made alone.
+use crate::defect::Defects;
+
+/// Most bytes of texts that differ by what they were given alone.
 const MOST_GIVEN_BYTES: usize = 16 << 20;
 
-/// All texts by their names; recipes of parts in files that were given something are led to texts that have it.
-pub(super) fn texts_of(program: &Program, grown: &mut Grown) -> BTreeMap<String, String> {
-    let mut texts: BTreeMap<String, String> = program
-        .files()
-        .map(|(name, text)| (name.to_owned(), text.to_owned()))
-        .collect();
-    let mut known: BTreeMap<(String, String), Option<String>> = BTreeMap::new();
+/// All texts by their names; recipes of parts in files that were given something are led to texts that have it. Parts whose text
+/// would be too long cannot be made alone.
+pub(super) fn texts_of(program: &Program, grown: &mut Grown, defects: &mut Defects) -> BTreeMap<String, String> {
+    let files = || program.files().map(|(name, text)| (name.to_owned(), text.to_owned()));
+    let mut texts: BTreeMap<String, String> = files().collect();
+    let all_bytes: usize = texts.values().map(String::len).sum();
+    let mut known: BTreeMap<(String, usize), Option<String>> = BTreeMap::new();
     let (mut left, mut numbers) = (MOST_GIVEN_BYTES, 1_u32..);
     for part in &mut grown.parts {
         let Some(recipe) = part.recipe.as_mut().filter(|recipe| !recipe.given.is_empty()) else {
             continue;
         };
-        let given: BTreeMap<_, _> = std::mem::take(&mut recipe.given).into_iter().collect();
-        let values = given.iter().map(|(name, value)| format!("{name}={}", value.to_json()));
-        let key = (recipe.file.clone(), values.collect::<Vec<_>>().join(","));
+        let given = std::mem::take(&mut recipe.given);
+        // Parts of one file that was given one thing share what it was given.
+        let key = (recipe.file.clone(), Arc::as_ptr(&given).addr());
         let named = known.entry(key).or_insert_with(|| {
-            let text = program.text_given(&recipe.file, &given)?;
+            let text = program.text_given(&recipe.file, &given.iter().cloned().collect())?;
+            let others_bytes = all_bytes - texts.get(&recipe.file)?.len();
+            if text.len() > MAX_TEXT_BYTES || others_bytes + text.len() > MAX_ALL_TEXT_BYTES {
+                return None;
+            }
             left = left.checked_sub(text.len())?;
             let stem = recipe.file.strip_suffix(".dcg").unwrap_or(&recipe.file);
             let mut names = numbers.by_ref().map(|number| format!("{stem}.{number}.dcg"));
@@ -34,7 +42,11 @@ pub(super) fn texts_of(program: &Program, grown: &mut Grown) -> BTreeMap<String,
         });
         match named {
             Some(name) => recipe.file.clone_from(name),
-            None => part.recipe = None,
+            None => {
+                let kind = "part of a file that is given so much, or in so many ways, that its rules would be too long: offered as meshes";
+                defects.note(kind, 1, || part.name.clone());
+                part.recipe = None;
+            }
         }
     }
     texts

@@ -26,6 +26,7 @@ pub use part::PHASE;
 use straight::Plans;
 
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use super::affine::Affine;
 use super::error::DcgError;
@@ -114,8 +115,8 @@ struct Turtle {
 /// A file with values for its parameters.
 #[derive(Debug)]
 struct ModuleInstance {
-    /// The parameters that were given to it.
-    given: Vec<usize>,
+    /// The parameters that were given to it, with their values.
+    given: Arc<[(String, Value)]>,
     values: Vec<Option<Value>>,
     /// Its materials without parameters, once they are computed.
     surfaces: Vec<Option<usize>>,

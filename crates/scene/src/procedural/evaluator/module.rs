@@ -1,5 +1,7 @@
 //! What is a file with values for its parameters? An instance, whose globals its rules see, and a part when it is called.
 
+use std::sync::Arc;
+
 use super::part::PHASE;
 use super::{Account, Evaluator, ModuleInstance, Outcome, Scope, Turtle, listed};
 use crate::procedural::affine::Affine;
@@ -106,15 +108,16 @@ impl<'p> Evaluator<'p> {
         })?;
         self.stack.truncate(base);
         self.accounts[part].finished = true;
-        let names = body.parameters.iter().map(|parameter| parameter.formal.name.clone());
-        let values = self.instances[instance].values.iter().flatten().cloned();
-        let recipe = Recipe {
-            file: body.file.clone(),
-            given: Vec::new(),
-            part: None,
-            parameters: names.zip(values).collect(),
-        };
-        self.note_recipe(part, turtle.material, recipe);
+        self.note_recipe(part, turtle.material, |e| {
+            let names = body.parameters.iter().map(|parameter| parameter.formal.name.clone());
+            let values = e.instances[instance].values.iter().flatten().cloned();
+            Recipe {
+                file: body.file.clone(),
+                given: Arc::default(),
+                part: None,
+                parameters: names.zip(values).collect(),
+            }
+        });
         Ok(part)
     }
 
@@ -128,9 +131,13 @@ impl<'p> Evaluator<'p> {
         let file = &self.program.modules[module];
         let count = file.parameters.len() + file.globals.len();
         let instance = self.instances.len();
-        let those_given = given.iter().enumerate().filter(|(_, value)| value.is_some());
+        let names = file.parameters.iter().map(|parameter| &parameter.formal.name);
+        let those_given = names.zip(&given).filter_map(|(name, given)| {
+            let (value, _) = given.as_ref()?;
+            Some((name.clone(), value.clone()))
+        });
         self.instances.push(ModuleInstance {
-            given: those_given.map(|(slot, _)| slot).collect(),
+            given: those_given.collect(),
             values: vec![None; count],
             surfaces: vec![None; file.materials.len()],
         });

@@ -2,7 +2,7 @@
 //! from the seed, its name and its parameters. So equal calls share one part, and a population costs no more than its
 //! placements (Schmalstieg 1997, §8.3: the enumerator node).
 
-use super::{Account, Evaluator, ModuleInstance, Outcome, Scope, Turtle, listed};
+use super::{Account, Evaluator, Outcome, Scope, Turtle, listed};
 use crate::Bounds;
 use crate::procedural::affine::Affine;
 use crate::procedural::grown::{Part, Placement};
@@ -63,14 +63,15 @@ impl<'p> Evaluator<'p> {
                     return self.error(inner.module, rule.at, Problem::BeyondDeclared { part, towards, by_m });
                 }
                 self.accounts[part].finished = true;
-                let formals = rule.formals.iter().map(|formal| formal.name.clone());
-                let recipe = Recipe {
-                    file: self.program.modules[inner.module].file.clone(),
-                    given: self.given_to(inner.module, inner.instance),
-                    part: Some(rule.name.clone()),
-                    parameters: formals.zip(self.stack[inner.base..].iter().cloned()).collect(),
-                };
-                self.note_recipe(part, turtle.material, recipe);
+                self.note_recipe(part, turtle.material, |e| {
+                    let formals = rule.formals.iter().map(|formal| formal.name.clone());
+                    Recipe {
+                        file: e.program.modules[inner.module].file.clone(),
+                        given: e.instances[inner.instance].given.clone(),
+                        part: Some(rule.name.clone()),
+                        parameters: formals.zip(e.stack[inner.base..].iter().cloned()).collect(),
+                    }
+                });
                 part
             }
         };
@@ -112,22 +113,12 @@ impl<'p> Evaluator<'p> {
     }
 
     /// Notes how a part can be made alone: when it places nothing, and nothing in it has taken on paint from outside.
-    pub(super) fn note_recipe(&mut self, part: usize, material: usize, recipe: Recipe) {
-        let made = &mut self.parts[part];
+    pub(super) fn note_recipe(&mut self, part: usize, material: usize, recipe: impl FnOnce(&Self) -> Recipe) {
+        let made = &self.parts[part];
         let is_alone = made.placements.is_empty() && made.models.is_empty() && !made.meshes.is_empty();
         if is_alone && (material == 0 || made.meshes.iter().all(|mesh| mesh.material != material)) {
-            made.recipe = Some(recipe);
+            self.parts[part].recipe = Some(recipe(self));
         }
-    }
-
-    /// What a file was given for parameters of its own.
-    fn given_to(&self, module: usize, instance: usize) -> Vec<(String, Value)> {
-        let ModuleInstance { given, values, .. } = &self.instances[instance];
-        let named = given.iter().filter_map(|&slot| {
-            let name = &self.program.modules[module].parameters[slot].formal.name;
-            Some((name.clone(), values[slot].clone()?))
-        });
-        named.collect()
     }
 
     /// Statements whose geometry is named: a part of its own that is not shared.

@@ -23,7 +23,7 @@ fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
             "line 1, column 1: `foo` is not a rule here; declare it, as in `rule foo() { … }`",
         ),
         (
-            "paint plaster box(yy, 1, 1)",
+            "paint plaster box(1, 1, 1)",
             "line 1, column 7: `plaster` is not a material here; declare it, as in `material plaster { colour = #888 }`",
         ),
         (

@@ -93,8 +93,8 @@ pub(super) struct Columns<'c, const N: usize> {
     pub(super) paths: &'c mut [[u32; N]],
     pub(super) hashes: &'c mut [u32; N],
     pub(super) memory: &'c mut Memory,
-    /// Whether those of the code lie there.
-    pub(super) has_constants: bool,
+    /// Whose constants lie there.
+    pub(super) constants_of: &'c mut Option<u32>,
 }
 
 impl<const N: usize> Columns<'_, N> {
@@ -102,11 +102,10 @@ impl<const N: usize> Columns<'_, N> {
     /// about any turn.
     #[inline(always)]
     pub(super) fn compute(&mut self, code: &Code, with_shared: bool, known: &Known) -> bool {
-        if !self.has_constants {
+        if self.constants_of.replace(code.id) != Some(code.id) {
             for &(number, to) in &code.constants {
                 self.numbers[to as usize] = [number; N];
             }
-            self.has_constants = true;
         }
         let shared = if with_shared { &code.shared[..] } else { &[] };
         for operations in [shared, &code.each[..]] {

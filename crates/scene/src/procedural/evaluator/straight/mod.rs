@@ -2,8 +2,8 @@
 //! is that, leaves of a spray, windows of a wall, the heights of a field. When the traversal first comes to such a statement
 //! it becomes a [`Plan`] ([`mod@plan`], [`solids`]): a list of solids, and the operations that give their numbers ([`code`]), made
 //! of its expressions ([`compile`], [`emit`]). [`fill`] puts the numbers in, [`sheaf`] places triangles of all turns at once,
-//! both with [`mod@widest`] vectors, and [`memory`] keeps what is asked for again. Branches carry branches: what leads to a rule
-//! that makes choices is done at one go too, and [`tail`] goes on from there.
+//! both with [`mod@widest`] vectors, and [`memory`] keeps what is asked for again. Branches carry branches: what leads to a part
+//! or to a rule with `levels` is done at one go too, and [`tail`] goes on from there.
 //!
 //! It is known beforehand what such a visit takes, so limits are asked once for all of it. Where anything is amiss nothing
 //! has been done: the nodes are visited one by one, and that says what and where.
@@ -81,7 +81,7 @@ struct Room {
 #[derive(Debug, Default)]
 struct Numbers {
     of: Vec<f64>,
-    code: Option<u32>,
+    constants_of: Option<u32>,
 }
 
 impl Room {
@@ -89,14 +89,13 @@ impl Room {
         let Self { numbers, paths, memory } = self;
         let Numbers {
             of: numbers,
-            code: last,
+            constants_of,
         } = match N {
             1 => &mut numbers[0],
             2..=NARROW => &mut numbers[1],
             5..=WIDE => &mut numbers[2],
             _ => &mut numbers[3],
         };
-        let has_constants = last.replace(code.id) == Some(code.id);
         numbers.resize(numbers.len().max(N * code.registers), 0.0);
         paths.resize(paths.len().max(N * (code.paths + 1)), 0);
         let (hashes, paths) = paths.split_at_mut(N);
@@ -105,7 +104,7 @@ impl Room {
             paths: paths.as_chunks_mut().0,
             hashes: &mut hashes.as_chunks_mut().0[0],
             memory,
-            has_constants,
+            constants_of,
         }
     }
 }

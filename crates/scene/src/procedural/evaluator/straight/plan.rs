@@ -34,7 +34,7 @@ pub(in crate::procedural::evaluator) struct Plan {
     pub(super) tail: Option<Tail>,
 }
 
-/// A call that makes choices, with nothing behind it.
+/// A call of a part, or of a rule with `levels`, with nothing behind it.
 #[derive(Debug)]
 pub(super) struct Tail {
     /// Among those of the file.

@@ -1,5 +1,5 @@
-//! Where does the traversal go on? Where a statement ends with a call of a rule that makes choices, as each branch of a tree does,
-//! all that leads there is computed for several turns side by side. Then the calls are followed, one after the other.
+//! Where does the traversal go on? Where a statement ends with a call of a part, or of a rule with `levels` as each branch of a tree
+//! does, all that leads there is computed for several turns side by side. Then the calls are followed, one after the other.
 
 use std::ops::Range;
 
@@ -39,6 +39,7 @@ impl<'p> Evaluator<'p> {
             self.plans.put(scope.module, id, Planning::Ready(plan));
             for turn in 0..count {
                 let Some((steps, most_nesting, levels)) = self.affordable(scope, cost, levels, 1) else {
+                    self.plans.ahead.truncate(before);
                     return Ok(done);
                 };
                 self.pay(steps, most_nesting, levels);
