@@ -2,6 +2,7 @@
 
 use std::{
     io::{Read, Write},
+    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -290,4 +291,56 @@ fn visitors_meet_each_other_in_real_time_where_the_scene_is_live() {
     over.store(true, Ordering::Release);
     std::net::TcpStream::connect(address.trim_start_matches("http://")).expect("it listens still");
     serving.join().expect("it ends");
+}
+
+/// Answers with the files of a tree; its levels are gone, and its pointer leads to another revision when it is asked for again.
+fn serves_what_was_published_anew(tree: PathBuf, later: Vec<u8>) -> String {
+    let files = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("http://{}", files.local_addr().expect("an address"));
+    std::thread::spawn(move || {
+        let mut asked_for_pointer = 0;
+        for mut stream in files.incoming().flatten() {
+            let mut head = [0; 4096];
+            let count = stream.read(&mut head).unwrap_or_default();
+            let head = String::from_utf8_lossy(&head[..count]).into_owned();
+            let path = head.split(' ').nth(1).unwrap_or_default();
+            let path = path.split('?').next().unwrap_or_default();
+            let is_level = [".glb", ".pack", ".slod"].iter().any(|ending| path.ends_with(ending));
+            let mut found = std::fs::read(tree.join(path.trim_start_matches('/')))
+                .ok()
+                .filter(|_| !is_level);
+            if path == "/v1/scenes/rooms/index.json" {
+                asked_for_pointer += 1;
+                if asked_for_pointer > 1 {
+                    found = Some(later.clone());
+                }
+            }
+            let status = if found.is_some() { "200 OK" } else { "404 Not Found" };
+            let body = found.unwrap_or_default();
+            let head = format!(
+                "HTTP/1.1 {status}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n",
+                body.len()
+            );
+            _ = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(&body));
+        }
+    });
+    address
+}
+
+#[test]
+fn a_revision_that_has_gone_while_one_walks_is_named() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    data.bake(&data.write("rooms.plan", THREE_ROOMS.replace(".c.", "..c")), "rooms");
+    data.ok(&["publish", "rooms", "--to", "later"]);
+    let later = std::fs::read(data.folder("later").join("v1/scenes/rooms/index.json")).expect("a pointer");
+    let told: Value = serde_json::from_slice(&later).expect("JSON");
+
+    let address = serves_what_was_published_anew(data.folder("tree"), later);
+    let outcome = walk(&data, &address, &[]);
+    assert_eq!(outcome["newer_revision"], told["revision"], "{outcome}");
+    assert_ne!(outcome["lost_files"], 0, "{outcome}");
+    let still = walk(&data, data.folder("tree").to_str().expect("UTF-8"), &[]);
+    assert_eq!(still["newer_revision"], Value::Null, "{still}");
 }
