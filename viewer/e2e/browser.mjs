@@ -69,16 +69,20 @@ export const state = (page) => page.evaluate(() => window.belvedere.state());
 
 /** Waits until all that can be seen has at least its coarsest level; answers the state then. */
 export async function settle(page, what) {
+  let now;
   try {
-    await page.waitForFunction(() => window.belvedere?.state().settled, undefined, { timeout, polling: 100 });
+    // Who moves on may have come to another cell before the state is read.
+    do {
+      await page.waitForFunction(() => window.belvedere?.state().settled, undefined, { timeout, polling: 100 });
+      now = await state(page);
+    } while (!now.settled);
   } catch {
     const problem = await page.locator("#problem-text").textContent();
-    const now = await page.evaluate(() => JSON.stringify(window.belvedere?.state() ?? null));
+    const last = await page.evaluate(() => JSON.stringify(window.belvedere?.state() ?? null));
     throw new Error(
-      `${what} was not loaded within ${timeout / 1000} s. Page: ${problem || "no problem shown"}; ${now}`,
+      `${what} was not loaded within ${timeout / 1000} s. Page: ${problem || "no problem shown"}; ${last}`,
     );
   }
-  const now = await state(page);
   insist(now.holes === 0, `${what}: ${now.holes} objects are held but not drawn`);
   insist(now.missing === 0, `${what}: ${now.missing} visible objects have no geometry`);
   return now;
