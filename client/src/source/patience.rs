@@ -52,6 +52,11 @@ impl State {
         MOST.saturating_sub(self.spent + spent)
     }
 
+    /// Somebody answers.
+    fn hears(&mut self) {
+        (self.silent, self.silence) = (0, Duration::ZERO);
+    }
+
     fn hopes(&self) -> bool {
         let is_due = self.silent_at.is_none_or(|at| at.elapsed() >= ASKS_AGAIN);
         self.silence < MOST_SILENCE || is_due
@@ -82,7 +87,7 @@ impl Patience {
     /// An answer that came began after a time.
     pub(super) fn came(&self, begins: Duration) {
         let mut state = self.state();
-        (state.silent, state.silence) = (0, Duration::ZERO);
+        state.hears();
         state.spent = state.spent.saturating_sub(EARNED);
         let (smoothed, deviation) = match state.begins {
             Some((smoothed, deviation)) => (
@@ -104,8 +109,7 @@ impl Patience {
 
     /// Somebody answered, though not with what was asked for.
     pub(super) fn hears(&self) {
-        let mut state = self.state();
-        (state.silent, state.silence) = (0, Duration::ZERO);
+        self.state().hears();
     }
 
     /// Whether it makes sense to ask now. Who hears nothing for long may ask once in a while.
