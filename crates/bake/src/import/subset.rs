@@ -9,14 +9,20 @@ impl Primitive {
     #[must_use]
     pub fn subset(&self, mut indices: Vec<u32>) -> Self {
         let used = compact(&mut indices);
+        self.picked(&used, indices)
+    }
+
+    /// The primitive of these vertices, each as often as it is named, with indices of its own.
+    #[must_use]
+    pub(crate) fn picked(&self, used: &[u32], indices: Vec<u32>) -> Self {
         Self {
             topology: self.topology,
             material: self.material,
-            positions: pick(&self.positions, &used),
-            normals: pick(&self.normals, &used),
-            tangents: pick(&self.tangents, &used),
-            uvs: self.uvs.iter().map(|set| pick(set, &used)).collect(),
-            colors: pick(&self.colors, &used),
+            positions: pick(&self.positions, used),
+            normals: pick(&self.normals, used),
+            tangents: pick(&self.tangents, used),
+            uvs: self.uvs.iter().map(|set| pick(set, used)).collect(),
+            colors: pick(&self.colors, used),
             indices,
         }
     }

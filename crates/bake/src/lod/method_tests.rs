@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 
+use super::quadric_tests::places;
 use super::tests::{by, check_chain, model, soup, sphere, terrain};
 use super::*;
 
@@ -10,6 +11,7 @@ fn count(primitives: &[Primitive]) -> usize {
 #[test]
 fn the_octree_leaves_as_many_shapes_as_are_asked_for() {
     let model = model([terrain(40)]);
+    let known = places(&model.primitives);
     for (order, measures) in [
         (Order::LeastError, Measures::default()),
         (Order::MostVertices, Measures::THESIS),
@@ -21,7 +23,9 @@ fn the_octree_leaves_as_many_shapes_as_are_asked_for() {
         };
         let mut generator = Generator::new(&model, &settings);
         for target in [2000, 1200, 333, 90, 20] {
-            let left = count(&generator.octree_mesh(target).unwrap());
+            let mesh = generator.octree_mesh(target).unwrap();
+            assert!(places(&mesh).is_subset(&known), "a position that the source has not");
+            let left = count(&mesh);
             assert!(
                 left <= target + target / 10 && 2 * left >= target,
                 "{order:?}: {left} of {target}"

@@ -16,8 +16,10 @@
 //! * `join` and `clean`: what to do before (thesis, §6.4) and instead (§6.5).
 
 mod ancestry;
+mod attributes;
 mod clean;
 mod collapse;
+mod cube;
 mod equal;
 pub mod error;
 pub mod generate;
@@ -28,6 +30,8 @@ mod octree;
 mod patches;
 pub(crate) mod proximity;
 mod quadric;
+#[cfg(test)]
+mod quadric_tests;
 mod reduction;
 mod representative;
 mod rounding;

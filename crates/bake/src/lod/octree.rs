@@ -17,11 +17,10 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use crate::lod::ancestry::Ancestry;
+use crate::lod::cube::{MAX_DEPTH, RootCube};
 use crate::lod::representative::{Involved, Measures, Part, representative};
-use crate::{morton, radix, source::Primitive};
+use crate::{radix, source::Primitive};
 
-/// Finest depth: 3 × 21 bits fill a code.
-const MAX_DEPTH: u32 = 21;
 /// Stands for "this vertex is used by no shape".
 const UNUSED: u32 = u32::MAX;
 
@@ -285,35 +284,6 @@ fn common_depth(a: u64, b: u64) -> u32 {
     match a ^ b {
         0 => MAX_DEPTH,
         differs => MAX_DEPTH - 1 - (63 - differs.leading_zeros()) / 3,
-    }
-}
-
-/// The cube at the octree's root.
-pub(super) struct RootCube {
-    min: DVec3,
-    side: f64,
-}
-
-impl RootCube {
-    pub(super) fn around(points: impl Iterator<Item = DVec3>) -> Self {
-        let (min, max) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| {
-            (min.min(p), max.max(p))
-        });
-        let side = (max - min).max_element().max(0.0);
-        Self { min, side }
-    }
-
-    /// Where a point lies in the cube, each coordinate from 0 to 1.
-    pub(super) fn unit(&self, point: DVec3) -> DVec3 {
-        let scale = if self.side > 0.0 { self.side.recip() } else { 0.0 };
-        (point - self.min) * scale
-    }
-
-    /// The Morton code of the cell of depth [`MAX_DEPTH`] that holds a point; x is the lowest bit of each digit.
-    fn code(&self, point: DVec3) -> u64 {
-        let cells = f64::from(1u32 << MAX_DEPTH);
-        let cell = (self.unit(point) * cells).min(DVec3::splat(cells - 1.0));
-        morton::code(cell.to_array().map(|x| x as u64))
     }
 }
 

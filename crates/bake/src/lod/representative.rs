@@ -17,7 +17,8 @@
 
 use glam::DVec3;
 
-use crate::lod::octree::{RootCube, to_f64};
+use crate::lod::cube::RootCube;
+use crate::lod::octree::to_f64;
 use crate::smooth::quadric::Quadric;
 use crate::source::{Primitive, Topology};
 
