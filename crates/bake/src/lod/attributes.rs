@@ -159,18 +159,13 @@ fn unit(v: Vec3) -> Option<Vec3> {
 }
 
 fn bounds<'a, const N: usize>(all: impl IntoIterator<Item = &'a [f32; N]>) -> ([f32; N], [f32; N]) {
-    let mut bounds = ([f32::MAX; N], [f32::MIN; N]);
-    for value in all {
-        for i in 0..N {
-            bounds.0[i] = bounds.0[i].min(value[i]);
-            bounds.1[i] = bounds.1[i].max(value[i]);
-        }
-    }
-    bounds
+    all.into_iter()
+        .fold(([f32::MAX; N], [f32::MIN; N]), |(low, high), value| {
+            let pick = |pick: fn(f32, f32) -> f32, known: [f32; N]| std::array::from_fn(|i| pick(known[i], value[i]));
+            (pick(f32::min, low), pick(f32::max, high))
+        })
 }
 
 fn clamp<const N: usize>(value: &mut [f32; N], (low, high): &([f32; N], [f32; N])) {
-    for i in 0..N {
-        value[i] = value[i].max(low[i]).min(high[i]);
-    }
+    *value = std::array::from_fn(|i| value[i].max(low[i]).min(high[i]));
 }

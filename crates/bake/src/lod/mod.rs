@@ -8,7 +8,8 @@
 //! * `octree` over `representative` and `ancestry`, and `reduction`: Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2: which
 //!   vertices fall together. Robust on anything: soup, doublets, non-manifold edges, points and lines.
 //! * `collapse` over `equal`: from clusters to a mesh; what becomes of triangles, lines, points and of the corners' attributes.
-//! * `quadric`: edge collapses along the surface, finer where surfaces are whole.
+//! * `quadric` over `attributes`: edge collapses along the surface, finer where surfaces are whole; vertices move.
+//! * `cube`: the box of a model, for both.
 //! * `generate`: a mesh for each number of shapes, by one of the two or by whichever is nearer to the source. What an
 //!   author made coarser is measured like these, and taken where nothing that takes fewer bytes is as near.
 //! * `error` over `proximity`: how far the result is from the source.
