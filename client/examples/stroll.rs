@@ -2,8 +2,7 @@
 //!
 //! Stands at the first viewpoint until all that can be seen from there is sharp, then walks for a minute, as people do, from opening to
 //! opening, while what lies ahead is fetched before it is seen. It says of each cell what was there already when it was entered, and
-//! what came since and why. What was fetched once is kept below `stroll-cache`, all but rungs, which have no hash of their own: so the
-//! second stroll costs few bytes.
+//! what came since and why. What was fetched once is kept below `stroll-cache`: so the second stroll costs few bytes.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "that is what it is for")]
 
@@ -109,6 +108,7 @@ impl Seen {
                     self.first.get_or_insert(why);
                 }
                 Event::Problem(cause) => println!("  goes on without: {cause}"),
+                Event::Superseded(revision) => println!("  the scene was published anew, as revision {revision}"),
                 Event::Blunted(_) | Event::Dropped(_) => {}
             }
         }

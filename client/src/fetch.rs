@@ -51,12 +51,11 @@ pub(crate) async fn fetch<S: ByteSource>(
     watch: &mut WatchFiles<'_>,
 ) -> Vec<(FileRef, Result<Bytes, Error>)> {
     let mut found = Vec::with_capacity(order.files.len());
-    let members = if order.files.len() > 1 {
-        bundle(scene, manners, order).await
-    } else {
-        vec![None; order.files.len()]
+    let together = match &order.files[..] {
+        [_] => vec![None],
+        files => members(scene, manners, order, files).await,
     };
-    for (file, member) in order.files.iter().zip(members) {
+    for (file, member) in order.files.iter().zip(together) {
         let bytes = match member {
             Some(bytes) => Ok(bytes),
             None => alone(scene, manners, file, &ends, watch).await,
@@ -64,6 +63,36 @@ pub(crate) async fn fetch<S: ByteSource>(
         found.push((file.clone(), bytes));
     }
     found
+}
+
+/// The files of a bundle that are kept already, and those of what is left of it that came as they should.
+async fn members<S: ByteSource>(
+    scene: &Scene<S>,
+    manners: &Manners,
+    order: &Order,
+    files: &[FileRef],
+) -> Vec<Option<Bytes>> {
+    let mut found = Vec::with_capacity(files.len());
+    for file in files {
+        let kept = scene.source().kept(&file.name.path(), file.bytes).await;
+        found.push(kept.filter(|bytes| is_right(file, bytes)));
+    }
+    let away = files.iter().zip(&found).filter(|(_, kept)| kept.is_none());
+    let rest = Order {
+        files: away.map(|(file, _)| file.clone()).collect(),
+        wish: order.wish,
+    };
+    if rest.files.len() > 1 {
+        let mut came = bundle(scene, manners, &rest).await.into_iter();
+        let missing = found.iter_mut().filter(|file| file.is_none());
+        missing.for_each(|file| *file = came.next().flatten());
+    }
+    found
+}
+
+/// Whether bytes are a file, as far as they tell by themselves.
+fn is_right(file: &FileRef, bytes: &Bytes) -> bool {
+    bytes.len() as u64 == file.bytes && file.name.may_be(bytes)
 }
 
 /// The members of a bundle, those that came as they should.
@@ -85,11 +114,11 @@ async fn bundle<S: ByteSource>(scene: &Scene<S>, manners: &Manners, order: &Orde
     };
     let mut right = Vec::with_capacity(count);
     for (file, bytes) in order.files.iter().zip(members) {
-        let is_right = bytes.len() as u64 == file.bytes && file.name.may_be(&bytes);
-        if is_right {
-            scene.source().keep(&file.name.path(), &bytes).await;
+        let right_bytes = Some(bytes).filter(|bytes| is_right(file, bytes));
+        if let Some(bytes) = &right_bytes {
+            scene.source().keep(&file.name.path(), bytes).await;
         }
-        right.push(is_right.then_some(bytes));
+        right.push(right_bytes);
     }
     right
 }
@@ -165,5 +194,10 @@ impl Streams {
         }
         let whole: Vec<u8> = self.rungs.remove(&rung.hash)?.into_values().flatten().collect();
         Some(smooth.url.is_of(&whole))
+    }
+
+    /// Forgets what has come of a stream.
+    pub(crate) fn forget(&mut self, stream: BlobHash) {
+        self.rungs.remove(&stream);
     }
 }

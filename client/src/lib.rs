@@ -20,7 +20,7 @@
 //!
 //! The client reads the published tree and nothing else, so a plain folder behind a web server is as good as a
 //! Belvedere server. A source may keep what it fetched on disk ([`DiskCache`]) and ask again ([`Retrying`]). Every
-//! immutable object is verified against the hash in its name. Three things hand to each other: a [`Client`] follows
+//! immutable object is verified against the hash in its name; slices of a smooth LOD when all of them are here. Three things hand to each other: a [`Client`] follows
 //! pointers and opens a [`Scene`], which is one revision and never changes under its reader; a [`Walk`] goes through it from
 //! cell to cell and fetches what changes. An [`Explorer`] needs to be told only where the eye is: it carries out the
 //! [`strategy`]. [`tour`] measures what visitors get to see by it. A [`live::Session`] meets who else is in the scene, where a

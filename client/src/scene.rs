@@ -1,7 +1,14 @@
 //! How does a client find its way inside one revision? Pointer → manifest → one chunk of the cell index → record →
 //! the object chunks that it names; where one begins, a start instead of all these chunks. Index documents are kept; nothing else is.
 
-use std::{any::Any, collections::HashMap, sync::Arc};
+use std::{
+    any::Any,
+    collections::HashMap,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 
 use belvedere_scene::{
     BlobName, CellId, ModelId, ObjectId, Revision, SceneName,
@@ -57,33 +64,19 @@ impl<S: ByteSource> Client<S> {
                 answer = verified(&*self.source, &pointer.manifest, None).await;
             }
         }
-        let bytes = answer.map_err(|cause| match cause {
-            Error::Missing(path) => Error::Stale {
-                scene: scene.clone(),
-                path,
-            },
-            other => other,
-        })?;
-        let version: FormatOnly = document(&pointer.manifest.url(), &bytes)?;
-        if version.format != FORMAT {
-            return Err(Error::Format {
-                found: version.format,
-                known: FORMAT,
-            });
-        }
-        let manifest = document(&pointer.manifest.url(), &bytes)?;
-        Ok(Scene {
-            source: self.source.clone(),
-            pointer,
-            manifest,
-            index: Mutex::default(),
-            lost: Mutex::default(),
-            gives_up: false,
-            started: Mutex::default(),
-            models: Mutex::default(),
-            grown: Mutex::default(),
-            spared: Mutex::default(),
-        })
+        let bytes = answer.map_err(|cause| stale(scene, cause))?;
+        Scene::read(self.source.clone(), pointer, &bytes)
+    }
+}
+
+/// What a pointer names and is not there.
+fn stale(scene: &SceneName, cause: Error) -> Error {
+    match cause {
+        Error::Missing(path) => Error::Stale {
+            scene: scene.clone(),
+            path,
+        },
+        other => other,
     }
 }
 
@@ -108,7 +101,7 @@ struct Started {
     objects: HashMap<ObjectId, ObjectEntry>,
 }
 
-/// One revision of a scene. It never changes; open the scene again to see whether there is a newer one.
+/// One revision of a scene. It never changes; [`Scene::newer`] opens the one that took its place.
 #[derive(Debug)]
 pub struct Scene<S> {
     source: Arc<S>,
@@ -118,6 +111,8 @@ pub struct Scene<S> {
     index: Mutex<HashMap<BlobName, Arc<dyn Any + Send + Sync>>>,
     /// Those that could not be had.
     lost: Mutex<HashMap<BlobName, Loss>>,
+    /// Whether one of them was gone since somebody last asked.
+    missed: AtomicBool,
     /// Whether they are not asked for again either where they failed for a reason that passes.
     gives_up: bool,
     started: Mutex<Started>,
@@ -128,6 +123,30 @@ pub struct Scene<S> {
 }
 
 impl<S: ByteSource> Scene<S> {
+    fn read(source: Arc<S>, pointer: Pointer, manifest: &[u8]) -> Result<Self, Error> {
+        let path = pointer.manifest.url();
+        let version: FormatOnly = document(&path, manifest)?;
+        if version.format != FORMAT {
+            return Err(Error::Format {
+                found: version.format,
+                known: FORMAT,
+            });
+        }
+        Ok(Self {
+            source,
+            manifest: document(&path, manifest)?,
+            pointer,
+            index: Mutex::default(),
+            lost: Mutex::default(),
+            missed: AtomicBool::new(false),
+            gives_up: false,
+            started: Mutex::default(),
+            models: Mutex::default(),
+            grown: Mutex::default(),
+            spared: Mutex::default(),
+        })
+    }
+
     /// The pointer as it was when the scene was opened.
     #[must_use]
     pub fn pointer(&self) -> &Pointer {
@@ -141,7 +160,9 @@ impl<S: ByteSource> Scene<S> {
         Self { gives_up: true, ..self }
     }
 
-    /// Whether the scene is still published in this revision.
+    /// Whether the pointer says the same as when the scene was opened, as far as caches on the way know: for who looks every few
+    /// seconds. What has changed just now may not be known yet, and what a cache knows may be older than this revision, so who
+    /// hears no asks for the [newer revision](Scene::newer_revision).
     ///
     /// # Errors
     /// When its pointer cannot be fetched or read.
@@ -150,13 +171,42 @@ impl<S: ByteSource> Scene<S> {
         Ok(now.manifest == self.pointer.manifest)
     }
 
-    /// The revision in which the scene is published now, if that is another one; asked for past all caches.
+    /// The revision in which the scene is published now, if that is another one, asked for past all caches: for who has a reason to,
+    /// such as a file that is gone.
     ///
     /// # Errors
     /// When its pointer cannot be fetched or read.
     pub async fn newer_revision(&self) -> Result<Option<Revision>, Error> {
+        let now = self.newer_pointer().await?;
+        Ok(now.map(|now| now.revision))
+    }
+
+    /// The same, opened. What was read of the index of this revision and is in the other as well is not read again.
+    ///
+    /// # Errors
+    /// When its pointer or manifest cannot be fetched or read.
+    pub async fn newer(&self) -> Result<Option<Self>, Error> {
+        let Some(pointer) = self.newer_pointer().await? else {
+            return Ok(None);
+        };
+        let manifest = verified(&*self.source, &pointer.manifest, None).await;
+        let manifest = manifest.map_err(|cause| stale(&pointer.scene, cause))?;
+        let mut newer = Self::read(self.source.clone(), pointer, &manifest)?;
+        let mut index = self.index.lock().await.clone();
+        // Whose objects a population names depends on where it hangs in the index.
+        index.retain(|_, document| !document.is::<Population>());
+        (newer.index, newer.gives_up) = (Mutex::new(index), self.gives_up);
+        Ok(Some(newer))
+    }
+
+    async fn newer_pointer(&self) -> Result<Option<Pointer>, Error> {
         let now: Pointer = fresh(&*self.source, &pointer_path(&self.pointer.scene)).await?;
-        Ok((now.manifest != self.pointer.manifest).then_some(now.revision))
+        Ok(Some(now).filter(|now| now.manifest != self.pointer.manifest))
+    }
+
+    /// Whether a document of this revision was found to be gone, whoever needed it and whatever came of that; told once.
+    pub(crate) fn has_missed(&self) -> bool {
+        self.missed.swap(false, Ordering::Relaxed)
     }
 
     pub(crate) fn source(&self) -> &S {
@@ -401,6 +451,8 @@ impl<S: ByteSource> Scene<S> {
             return Err(Error::GivenUp { cause, passes });
         }
         let came = verified(&*self.source, name, bytes).await;
+        let is_gone = matches!(came, Err(Error::Missing(_)));
+        self.missed.fetch_or(is_gone, Ordering::Relaxed);
         let read = came.and_then(|bytes| read(&bytes));
         if let Err(cause) = &read
             && (self.gives_up || !cause.passes())

@@ -166,18 +166,22 @@ async fn memory_is_kept_and_said_when_not_even_the_neighbours_fit() {
 }
 
 #[tokio::test]
-async fn a_revision_that_comes_under_way_is_noticed_and_the_old_one_still_works() {
+async fn a_revision_that_comes_under_way_is_told_and_the_walk_goes_on_in_either() {
     let (data, _) = rooms();
     let server = data.serve();
-    let source = HttpSource::new(&server.base).expect("an address");
-    let mut explorer = explorer(source, u64::MAX).await;
+    let source = Watched::new(HttpSource::new(&server.base).expect("an address"), |_, bytes| Ok(bytes));
+    let mut explorer = explorer(source.clone(), u64::MAX).await;
     assert!(explorer.scene().is_current().await.expect("a pointer"));
+    walk(&mut explorer).await;
+    assert!(explorer.successor().await.expect("a pointer").is_none());
     data.bake(
         &data.write("rooms.plan", THREE_ROOMS.replace("#a..#", "#.a.#")),
         "rooms",
     );
     for _ in 0..100 {
-        if !explorer.scene().is_current().await.expect("a pointer") {
+        explorer.look_for_newer();
+        while explorer.advance().await.is_some() {}
+        if explorer.newer_revision().is_some() {
             break;
         }
         tokio::time::sleep(std::time::Duration::from_millis(100)).await;
@@ -185,4 +189,13 @@ async fn a_revision_that_comes_under_way_is_noticed_and_the_old_one_still_works(
     assert!(!explorer.scene().is_current().await.expect("a pointer"));
     assert!(walk(&mut explorer).await.is_empty());
     assert_eq!(explorer.missing(), Some(0));
+
+    let mut next = explorer
+        .successor()
+        .await
+        .expect("a pointer")
+        .expect("a newer revision");
+    assert_eq!(Some(next.scene().pointer().revision), explorer.newer_revision());
+    assert!(walk(&mut next).await.is_empty());
+    assert_eq!((next.missing(), source.twice()), (Some(0), Vec::new()));
 }

@@ -1,5 +1,9 @@
 //! Smooth LODs, from the bake to the last byte: rungs in a static tree and from the server, and the tools for one file.
 
+use belvedere_client::{
+    ByteSource, Client, DiskCache, Error, Event, Explorer, ExplorerOptions, FolderSource, HttpSource,
+    strategy::sight::Eye,
+};
 use belvedere_scene::{
     ObjectId, SceneName,
     rung::SmoothLod,
@@ -7,7 +11,10 @@ use belvedere_scene::{
 };
 use serde_json::Value;
 
-use crate::program::Data;
+use crate::{
+    program::Data,
+    watched::{Harm, Watched},
+};
 
 const VASE: &str = "\
 title: A vase
@@ -131,4 +138,58 @@ fn the_tools_write_smooth_lods_and_what_their_beginnings_give() {
     assert!(message.contains("not a smooth LOD"), "{message}");
     let message = data.fails(&["mesh", "decode", stream, "--bytes", "99999999", "-o", "x.glb"]);
     assert!(message.contains("bytes, not 99999999"), "{message}");
+}
+
+/// Looks from the first viewpoint until all is sharp, with what earlier visits left in a folder; says what was drawn by rungs.
+async fn visit<S: ByteSource + 'static>(source: S, folder: &std::path::Path) -> usize {
+    let source = DiskCache::open(folder, 1 << 24, source).expect("a folder");
+    let scene = Client::new(source).open(&"vase".parse().expect("a name")).await;
+    let scene = scene.expect("a scene");
+    let eye = Eye::at(scene.pointer().viewpoints[0].position);
+    let mut explorer = Explorer::new(scene, ExplorerOptions::default());
+    explorer.follow(eye).await;
+    while let Some(events) = explorer.advance().await {
+        let wrong = events.iter().find(|event| matches!(event, Event::Problem(_)));
+        assert!(wrong.is_none(), "{wrong:?}");
+    }
+    assert_eq!(explorer.missing(), Some(0));
+    let models = explorer.visible().iter().map(|seen| seen.model);
+    models
+        .filter_map(|model| explorer.mesh(model))
+        .filter(|mesh| mesh.grade.form == belvedere_client::strategy::grade::Form::Rung)
+        .count()
+}
+
+#[tokio::test]
+async fn the_second_visit_fetches_no_rungs_however_they_came() {
+    let data = Data::new();
+    data.bake(&data.write("vase.plan", VASE), "vase");
+    let tree = data.folder("tree").to_str().expect("UTF-8").to_owned();
+    data.ok(&["publish", "vase", "--to", &tree]);
+    let server = data.serve();
+    let http = HttpSource::new(&server.base).expect("an address");
+    // Bundles, where the server offers them; rungs by themselves.
+    let kept = tempfile::tempdir().expect("a folder");
+    for is_first in [true, false] {
+        let source = Watched::new(http.clone(), |_, bytes| Ok(bytes));
+        assert!(
+            visit(source.clone(), kept.path()).await > 0,
+            "the world has smooth LODs"
+        );
+        let fetched = source.paths().into_iter().filter(|path| path.starts_with("/o/"));
+        assert_eq!(fetched.count() > 0, is_first, "{:?}", source.paths());
+    }
+    // Rungs have no addresses, so they come as ranges.
+    let no_rungs: Harm = |path, bytes| match path.split('.').count() {
+        2 => Ok(bytes),
+        _ if path.ends_with(".slod") => Err(Error::Missing(path.to_owned())),
+        _ => Ok(bytes),
+    };
+    let kept = tempfile::tempdir().expect("a folder");
+    for is_first in [true, false] {
+        let source = Watched::new(FolderSource::new(&tree), no_rungs);
+        assert!(visit(source.clone(), kept.path()).await > 0);
+        let is_stream = |path: &String| path.ends_with(".slod") && path.split('.').count() == 2;
+        assert_eq!(source.paths().iter().any(is_stream), is_first);
+    }
 }

@@ -1,6 +1,6 @@
 //! How does an explorer go about it, and what does it say?
 
-use belvedere_scene::{CellId, ModelId};
+use belvedere_scene::{CellId, ModelId, Revision};
 
 use crate::{
     Error,
@@ -61,4 +61,7 @@ pub enum Event {
     Dropped(ModelId),
     /// Something could not be had; the walk goes on with what is there.
     Problem(Error),
+    /// The scene is published in this revision now; told once. The walk goes on with what is left of its own;
+    /// [`crate::Explorer::successor`] leads to the other.
+    Superseded(Revision),
 }

@@ -1,6 +1,7 @@
 //! How does a program walk through a scene without caring what to fetch? Carries out [`crate::strategy`] over a source: many
 //! requests at once, those that nobody needs any more cancelled, all of it verified, within memory. Levels are taken out of packs
-//! while these come. What cannot be had is told and done without; a level stands in for another, or for a smooth LOD.
+//! while these come. What cannot be had is told and done without; a level stands in for another, or for a smooth LOD. Where files are
+//! gone because the scene was published anew, that is told as well, and [`Explorer::successor`] walks on through the new revision.
 //!
 //! ```no_run
 //! # async fn walk() -> Result<(), belvedere_client::Error> {
@@ -26,6 +27,7 @@
 mod event;
 mod members;
 mod mesh;
+mod newer;
 mod recovery;
 mod seedling;
 mod tasks;
@@ -48,6 +50,7 @@ use tokio::{
 
 pub use event::{Event, ExplorerOptions};
 pub use mesh::{Geometry, Mesh};
+use newer::{Inheritance, Lookout};
 use recovery::{Losses, Recovery};
 pub use seedling::Seedling;
 use tasks::{Brought, UnderWay};
@@ -100,6 +103,8 @@ pub struct Explorer<S> {
     has_begun: bool,
     short_in: HashSet<CellId>,
     recovery: Recovery,
+    lookout: Lookout,
+    inheritance: Inheritance,
     events: Vec<Event>,
     started: Instant,
     cancelled: u64,
@@ -133,6 +138,8 @@ impl<S: ByteSource + 'static> Explorer<S> {
             has_begun: false,
             short_in: HashSet::new(),
             recovery: Recovery::default(),
+            lookout: Lookout::default(),
+            inheritance: Inheritance::default(),
             events: Vec::new(),
             started: Instant::now(),
             cancelled: 0,
@@ -150,6 +157,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.motion.observe(self.started.elapsed().as_secs_f64(), eye.position);
         self.eye = Some(eye);
         self.find(eye).await;
+        self.look_where_missed();
         self.replan();
     }
 
@@ -249,7 +257,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
     /// Memory of what is held, bytes.
     #[must_use]
     pub fn memory_bytes(&self) -> u64 {
-        self.planner.residency.bytes()
+        self.planner.residency.bytes() + self.inheritance.bytes()
     }
 
     /// How many requests were called off because nobody needed their answers any more.
@@ -299,6 +307,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
 
     /// Says what went wrong, and tries what was lost with it again if that may help.
     fn lose(&mut self, cause: Error, loss: impl FnOnce(&mut Losses)) {
+        self.lookout.has_missed |= matches!(cause, Error::Missing(_));
         if self.options.recovers {
             self.recovery.note(&cause, loss);
         }
@@ -317,6 +326,19 @@ impl<S: ByteSource + 'static> Explorer<S> {
         {
             self.read(Ok(at));
         }
+        self.replan();
+    }
+
+    /// The smooth LOD of a model cannot be decoded: levels take its place, and nothing of it is kept on disk. Its hash shows damage
+    /// only when all rungs have come, and most never do.
+    pub fn without_smooth(&mut self, model: ModelId) {
+        let Some(model) = self.planner.model(model).cloned() else {
+            return;
+        };
+        let Some(smooth) = &model.smooth else { return };
+        self.planner.lose_stream(&model);
+        self.streams.forget(smooth.url.hash());
+        self.scene.source().forget_parts(&smooth.url);
         self.replan();
     }
 
@@ -415,6 +437,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         {
             self.start(order);
         }
+        self.make_room();
         self.note(changes);
         if !self.planner.has_firsts_to_ask() {
             self.look_ahead(&worth_knowing);

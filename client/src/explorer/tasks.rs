@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use belvedere_scene::{CellId, index::CellEntry, rung::RungName};
+use belvedere_scene::{CellId, Revision, index::CellEntry, rung::RungName};
 use bytes::Bytes;
 use tokio::task::{AbortHandle, Id};
 
@@ -26,6 +26,8 @@ pub(super) enum Brought {
     Place(Box<Place>, Vec<Error>, Uses),
     NoPlace(CellId, Error),
     Files(Vec<(FileRef, Result<Bytes, Error>)>),
+    /// The revision that took the place of this one, if any.
+    Newer(Result<Option<Revision>, Error>),
 }
 
 /// Of a pack that makes room for what waits more than so many bytes are still to come: to call off a request may cost its connection.
@@ -89,6 +91,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
                     self.lose(cause, |losses| _ = losses.cells.insert(cell));
                 }
                 if !self.atlas.place(cell).is_some_and(|known| place.says_less_than(known)) {
+                    self.inherit(&place.seen);
                     self.atlas.add(*place);
                 }
                 self.show(cell);
@@ -121,7 +124,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 let changes = self.planner.settle();
                 self.note(changes);
             }
+            Brought::Newer(found) => self.take_newer(found),
         }
+        self.look_where_missed();
         self.replan();
     }
 
@@ -148,6 +153,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             && self.streams.take(rung, bytes.clone(), &model) == Some(false)
         {
             self.planner.lose_stream(&model);
+            self.scene.source().forget_parts(&rung.whole());
             return Err(Error::Stream(rung.whole()));
         }
         let key = file.name.key();

@@ -1,15 +1,18 @@
-//! What need not be fetched again, also by the next visit? Immutable objects that are on disk, within a limit.
+//! What need not be fetched again, also by the next visit? Immutable objects that are on disk, and rungs and ranges of them, within a
+//! limit.
 
 use std::{ops::Range, path::PathBuf, sync::Arc};
 
 use belvedere_scene::BlobName;
 use bytes::Bytes;
 
-use super::{Ask, ByteSource, Watch, shelf::Shelf, unwatched};
+use super::{Ask, ByteSource, Watch, label::Label, shelf::Shelf, unwatched};
 use crate::Error;
 
-/// A source in front of which what was fetched is kept in a folder. Those objects that were used longest ago make room for
-/// new ones; what has not the hash in its name is neither kept nor believed.
+/// A source in front of which what was fetched is kept in a folder. What was used longest ago makes room for what is new. An object
+/// that has not the hash in its name is neither kept nor believed. A rung or a range has no hash of its own: it is kept where it is
+/// as long as it is known to be, and believed where it is what was put there. Whether it is right shows when all of its
+/// object is there; where it is not, all that is kept of its parts [goes](ByteSource::forget_parts).
 #[derive(Debug)]
 pub struct DiskCache<S> {
     shelf: Arc<Shelf>,
@@ -39,6 +42,11 @@ impl<S> DiskCache<S> {
         self.shelf.bytes()
     }
 
+    async fn put(&self, label: Label, bytes: &Bytes) {
+        let kept = bytes.clone();
+        self.with_shelf(move |shelf| shelf.put(&label, &kept)).await;
+    }
+
     /// Asks the folder where it may block.
     async fn with_shelf<T: Send + 'static>(&self, ask: impl FnOnce(&Shelf) -> T + Send + 'static) -> Option<T> {
         let shelf = Arc::clone(&self.shelf);
@@ -56,28 +64,49 @@ impl<S: ByteSource> ByteSource for DiskCache<S> {
     }
 
     async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
-        let (Ok(name), false) = (BlobName::from_url(ask.path), ask.fresh) else {
+        let (Some(label), false) = (Label::of_path(ask.path), ask.fresh) else {
             return self.source.get_watched(ask, watch).await;
         };
-        let asked = name.clone();
-        if let Some(bytes) = self.with_shelf(move |shelf| shelf.take(&asked)).await.flatten() {
+        let (asked, expected) = (label.clone(), ask.bytes);
+        if let Some(bytes) = self
+            .with_shelf(move |shelf| shelf.take(&asked, expected))
+            .await
+            .flatten()
+        {
             watch(&bytes);
             return Ok((bytes, 0));
         }
         let (bytes, carried) = self.source.get_watched(ask, watch).await?;
-        let kept = bytes.clone();
-        self.with_shelf(move |shelf| shelf.put(&name, &kept)).await;
+        // How long it is says little of a part, and is all that is known of it.
+        if matches!(label, Label::Whole(_)) || expected == Some(bytes.len() as u64) {
+            self.put(label, &bytes).await;
+        }
         Ok((bytes, carried))
     }
 
-    /// A part of what is in the folder, or of what the source has: that has no hash, and is not kept.
+    /// A part of what is in the folder, alone or whole, or of what the source has.
     async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
-        if let Ok(name) = BlobName::from_url(path)
-            && let Some(whole) = self.with_shelf(move |shelf| shelf.take(&name)).await.flatten()
+        let Ok(name) = BlobName::from_url(path) else {
+            return self.source.get_range(path, range).await;
+        };
+        let part = Label::Part(name.clone(), range.clone());
+        let (asked, expected) = (part.clone(), range.end.checked_sub(range.start));
+        if let Some(bytes) = self
+            .with_shelf(move |shelf| shelf.take(&asked, expected))
+            .await
+            .flatten()
         {
+            return Ok((bytes, 0));
+        }
+        let whole = Label::Whole(name);
+        if let Some(whole) = self.with_shelf(move |shelf| shelf.take(&whole, None)).await.flatten() {
             return Ok((super::part_of(path, &whole, range)?, 0));
         }
-        self.source.get_range(path, range).await
+        let (bytes, carried) = self.source.get_range(path, range).await?;
+        if expected == Some(bytes.len() as u64) {
+            self.put(part, &bytes).await;
+        }
+        Ok((bytes, carried))
     }
 
     fn offers_bundles(&self) -> bool {
@@ -85,10 +114,23 @@ impl<S: ByteSource> ByteSource for DiskCache<S> {
     }
 
     async fn keep(&self, path: &str, bytes: &Bytes) {
-        if let Ok(name) = BlobName::from_url(path) {
-            let kept = bytes.clone();
-            self.with_shelf(move |shelf| shelf.put(&name, &kept)).await;
+        if let Some(label) = Label::of_path(path) {
+            self.put(label, bytes).await;
         }
+    }
+
+    async fn kept(&self, path: &str, bytes: u64) -> Option<Bytes> {
+        let label = Label::of_path(path)?;
+        self.with_shelf(move |shelf| shelf.take(&label, Some(bytes)))
+            .await
+            .flatten()
+    }
+
+    fn forget_parts(&self, whole: &BlobName) {
+        let parts = self.shelf.forget_parts(whole);
+        let shelf = Arc::clone(&self.shelf);
+        // Nobody asks for them any more, so nobody waits until they are gone.
+        drop(tokio::task::spawn_blocking(move || shelf.remove(&parts)));
     }
 }
 
@@ -172,6 +214,105 @@ mod tests {
         assert_eq!(cache.get(&wrong).await.unwrap(), Bytes::from_static(b"a pointer"));
         cache.get("/v1/scenes/town/index.json").await.unwrap();
         assert_eq!(cache.bytes(), 200);
+    }
+
+    /// Answers everything with the same bytes, and counts.
+    #[derive(Debug)]
+    struct Echo(&'static [u8], AtomicU64);
+
+    impl ByteSource for Echo {
+        async fn get(&self, _: &str) -> Result<Bytes, Error> {
+            self.1.fetch_add(1, Ordering::Relaxed);
+            Ok(Bytes::from_static(self.0))
+        }
+    }
+
+    fn echo(folder: &tempfile::TempDir, most_bytes: u64, bytes: &'static [u8]) -> DiskCache<Echo> {
+        DiskCache::open(folder.path(), most_bytes, Echo(bytes, AtomicU64::new(0))).unwrap()
+    }
+
+    impl DiskCache<Echo> {
+        fn requests(&self) -> u64 {
+            self.source.1.load(Ordering::Relaxed)
+        }
+
+        async fn rung(&self, number: u8, bytes: Option<u64>) -> Bytes {
+            let path = rung(number);
+            let asked = self.get_watched(Ask::of(&path).having(bytes), &mut unwatched).await;
+            asked.unwrap().0
+        }
+    }
+
+    const STREAM: &[u8] = b"0123456789";
+
+    fn stream() -> BlobName {
+        BlobName::of(STREAM, "slod").unwrap()
+    }
+
+    fn rung(number: u8) -> String {
+        let hash = stream().hash();
+        belvedere_scene::rung::RungName { hash, number }.to_string()
+    }
+
+    #[tokio::test]
+    async fn rungs_and_ranges_are_kept_within_the_limit_also_for_the_next_visit() {
+        let folder = tempfile::tempdir().unwrap();
+        let url = stream().url();
+        for fetched in [2, 0] {
+            let cache = echo(&folder, 1000, STREAM);
+            for _ in 0..2 {
+                assert_eq!(cache.rung(1, Some(10)).await, STREAM);
+                let (part, _) = cache.get_range(&url, 2..5).await.unwrap();
+                assert_eq!(part, STREAM[2..5]);
+                assert_eq!(cache.kept(&rung(1), 10).await.as_deref(), Some(STREAM));
+            }
+            assert_eq!((cache.requests(), cache.bytes()), (fetched, 32 + 10 + 32 + 3));
+        }
+        let cache = echo(&folder, 50, STREAM);
+        assert!((1..=50).contains(&cache.bytes()), "{}", cache.bytes());
+    }
+
+    #[tokio::test]
+    async fn a_rung_of_another_length_than_it_has_or_that_was_damaged_on_disk_is_asked_for_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = echo(&folder, 1000, STREAM);
+        for _ in 0..2 {
+            cache.rung(1, Some(11)).await;
+            cache.rung(2, None).await;
+        }
+        assert_eq!((cache.requests(), cache.bytes()), (4, 0));
+        cache.rung(3, Some(10)).await;
+        let file = folder.path().join(rung(3).strip_prefix("/o/").unwrap());
+        for harm in [
+            |written: &mut Vec<u8>| written[40] ^= 1,
+            |written: &mut Vec<u8>| written.truncate(41),
+        ] {
+            let mut written = fs::read(&file).unwrap();
+            harm(&mut written);
+            fs::write(&file, written).unwrap();
+            let before = cache.requests();
+            assert_eq!(cache.rung(3, Some(10)).await, STREAM);
+            assert_eq!(cache.rung(3, Some(10)).await, STREAM);
+            assert_eq!(cache.requests() - before, 1);
+        }
+        // It is kept as what another revision of the client took for its length.
+        assert_eq!(cache.kept(&rung(3), 9).await, None);
+        assert_eq!(cache.bytes(), 0);
+    }
+
+    #[tokio::test]
+    async fn what_proved_wrong_together_is_forgotten_part_by_part() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = echo(&folder, 1000, STREAM);
+        cache.rung(0, Some(10)).await;
+        cache.get_range(&stream().url(), 2..5).await.unwrap();
+        cache.keep(&path(1), &content(1).into()).await;
+        cache.forget_parts(&BlobName::of(b"another", "slod").unwrap());
+        assert_eq!(cache.bytes(), 100 + 42 + 35);
+        cache.forget_parts(&stream());
+        assert_eq!(cache.bytes(), 100);
+        cache.rung(0, Some(10)).await;
+        assert_eq!(cache.requests(), 3);
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod disk_cache;
 mod folder;
 mod http;
 mod incoming;
+mod label;
 mod patience;
 mod progress;
 mod retrying;
@@ -19,6 +20,7 @@ pub(crate) use http::{failed, succeeded};
 pub use retrying::Retrying;
 pub(crate) use retrying::about;
 
+use belvedere_scene::BlobName;
 use bytes::Bytes;
 
 use crate::Error;
@@ -105,10 +107,18 @@ pub trait ByteSource: Send + Sync {
         false
     }
 
-    /// Takes in an immutable object that came otherwise, for who keeps such things.
+    /// Takes in an immutable object, or a rung of one, that came otherwise, for who keeps such things.
     fn keep(&self, _path: &str, _bytes: &Bytes) -> impl Future<Output = ()> + Send {
         async {}
     }
+
+    /// An immutable object, or a rung of one, of so many bytes, where it is kept: nobody else is asked.
+    fn kept(&self, _path: &str, _bytes: u64) -> impl Future<Output = Option<Bytes>> + Send {
+        async { None }
+    }
+
+    /// What was kept of the parts of an object is not what its name promises, and is kept no longer.
+    fn forget_parts(&self, _whole: &BlobName) {}
 }
 
 /// A part of bytes that are here whole.

@@ -222,6 +222,14 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
     fn keep(&self, path: &str, bytes: &Bytes) -> impl Future<Output = ()> + Send {
         self.source.keep(path, bytes)
     }
+
+    fn kept(&self, path: &str, bytes: u64) -> impl Future<Output = Option<Bytes>> + Send {
+        self.source.kept(path, bytes)
+    }
+
+    fn forget_parts(&self, whole: &BlobName) {
+        self.source.forget_parts(whole);
+    }
 }
 
 /// How long to wait after so many tries: between half and one and a half of what they have on average.

@@ -1,7 +1,7 @@
 //! Which immutable objects are in a folder, and which goes when there are too many bytes? Those that were used longest ago.
 //!
-//! What a file says is believed only when it has the hash in its name, so a crash, a full disk or another program in the
-//! folder cost a request and nothing else. The time of a file's last change is when it was last used: so the order
+//! What a file says is believed only when it has the hash in its name, or the [seal](super::label) of a part, so a crash, a full disk
+//! or another program in the folder cost a request and nothing else. The time of a file's last change is when it was last used: so the order
 //! outlives the program. Two programs may share a folder; each keeps to its own count of it.
 
 use std::{
@@ -16,6 +16,8 @@ use std::{
 
 use belvedere_scene::BlobName;
 use bytes::Bytes;
+
+use super::label::Label;
 
 /// A file that was not finished for so long will not be.
 const UNFINISHED_FOR: Duration = Duration::from_hours(1);
@@ -33,9 +35,9 @@ pub(super) struct Shelf {
 struct Books {
     bytes: u64,
     /// Sizes, and when each was used.
-    files: HashMap<BlobName, (u64, u64)>,
+    files: HashMap<Label, (u64, u64)>,
     /// The same by use, longest ago first.
-    order: BTreeMap<u64, BlobName>,
+    order: BTreeMap<u64, Label>,
     /// Uses so far.
     uses: u64,
 }
@@ -57,92 +59,109 @@ impl Shelf {
         self.books().bytes
     }
 
-    /// The bytes of a kept object; one that is damaged or gone is forgotten.
-    pub(super) fn take(&self, name: &BlobName) -> Option<Bytes> {
-        if !self.books().files.contains_key(name) {
+    /// The bytes of a kept file, which has so many where that is known; one that is damaged or gone is forgotten.
+    pub(super) fn take(&self, label: &Label, expected: Option<u64>) -> Option<Bytes> {
+        if !self.books().files.contains_key(label) {
             return None;
         }
-        let path = self.path(name);
-        let bytes = fs::read(&path).ok();
-        let Some(bytes) = bytes.filter(|bytes| name.is_of(bytes)) else {
-            self.books().forget(name);
-            self.remove(std::slice::from_ref(name));
+        let path = self.path(label);
+        let written = fs::read(&path).ok().map(Bytes::from);
+        let size = written.as_ref().map_or(0, Bytes::len) as u64;
+        let bytes = written.and_then(|written| label.unseal(written));
+        let is_as_long = |bytes: &Bytes| expected.is_none_or(|expected| bytes.len() as u64 == expected);
+        let Some(bytes) = bytes.filter(is_as_long) else {
+            self.books().forget(label);
+            self.remove(std::slice::from_ref(label));
             return None;
         };
-        self.books().note(name.clone(), bytes.len() as u64);
+        self.books().note(label.clone(), size);
         // Only the order after a restart suffers.
         _ = File::options()
             .append(true)
             .open(path)
             .and_then(|file| file.set_modified(SystemTime::now()));
-        Some(bytes.into())
+        Some(bytes)
     }
 
-    /// Keeps an object if it can; a folder that takes nothing more is no reason to fail.
-    pub(super) fn put(&self, name: &BlobName, bytes: &Bytes) {
-        let size = bytes.len() as u64;
-        if size > self.most_bytes || !name.is_of(bytes) {
+    /// Keeps a file if it can; a folder that takes nothing more is no reason to fail.
+    pub(super) fn put(&self, label: &Label, bytes: &Bytes) {
+        let Some(written) = label.seal(bytes) else { return };
+        let size = written.len() as u64;
+        if size > self.most_bytes {
             return;
         }
         // Whoever reads meanwhile finds all of it or nothing.
         let unfinished = self
             .folder
-            .join(format!("{name}.{:x}", RandomState::new().hash_one(name)));
-        if fs::write(&unfinished, bytes).is_err() {
+            .join(format!("{label}.{:x}", RandomState::new().hash_one(label)));
+        if fs::write(&unfinished, written).is_err() {
             _ = fs::remove_file(unfinished);
             return;
         }
         let mut books = self.books();
-        if fs::rename(&unfinished, self.path(name)).is_err() {
+        if fs::rename(&unfinished, self.path(label)).is_err() {
             _ = fs::remove_file(unfinished);
             return;
         }
-        books.note(name.clone(), size);
+        books.note(label.clone(), size);
         self.remove(&books.make_room(self.most_bytes));
     }
 
-    fn path(&self, name: &BlobName) -> PathBuf {
-        self.folder.join(name.to_string())
+    /// Forgets all parts of an object; answers with what is to be [removed](Shelf::remove).
+    pub(super) fn forget_parts(&self, whole: &BlobName) -> Vec<Label> {
+        let mut books = self.books();
+        let parts: Vec<Label> = books
+            .files
+            .keys()
+            .filter(|label| label.is_part_of(whole))
+            .cloned()
+            .collect();
+        parts.iter().for_each(|part| books.forget(part));
+        parts
+    }
+
+    fn path(&self, label: &Label) -> PathBuf {
+        self.folder.join(label.to_string())
     }
 
     fn books(&self) -> MutexGuard<'_, Books> {
         self.books.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn remove(&self, names: &[BlobName]) {
-        for name in names {
+    pub(super) fn remove(&self, labels: &[Label]) {
+        for label in labels {
             // Another program may have been faster.
-            _ = fs::remove_file(self.path(name));
+            _ = fs::remove_file(self.path(label));
         }
     }
 }
 
 impl Books {
     /// Notes a use.
-    fn note(&mut self, name: BlobName, bytes: u64) {
-        self.forget(&name);
+    fn note(&mut self, label: Label, bytes: u64) {
+        self.forget(&label);
         self.uses += 1;
         self.bytes += bytes;
-        self.files.insert(name.clone(), (bytes, self.uses));
-        self.order.insert(self.uses, name);
+        self.files.insert(label.clone(), (bytes, self.uses));
+        self.order.insert(self.uses, label);
     }
 
-    fn forget(&mut self, name: &BlobName) {
-        if let Some((bytes, used)) = self.files.remove(name) {
+    fn forget(&mut self, label: &Label) {
+        if let Some((bytes, used)) = self.files.remove(label) {
             self.bytes -= bytes;
             self.order.remove(&used);
         }
     }
 
     /// Forgets what was used longest ago until no more than so many bytes are left.
-    fn make_room(&mut self, most_bytes: u64) -> Vec<BlobName> {
+    fn make_room(&mut self, most_bytes: u64) -> Vec<Label> {
         let mut gone = Vec::new();
         while self.bytes > most_bytes
-            && let Some((_, name)) = self.order.first_key_value()
+            && let Some((_, label)) = self.order.first_key_value()
         {
-            let name = name.clone();
-            self.forget(&name);
-            gone.push(name);
+            let label = label.clone();
+            self.forget(&label);
+            gone.push(label);
         }
         gone
     }
@@ -158,9 +177,9 @@ fn found_in(folder: &Path) -> io::Result<Books> {
         let text = file_name.to_string_lossy();
         let is_unfinished = text
             .rsplit_once('.')
-            .is_some_and(|(name, _)| name.parse::<BlobName>().is_ok());
-        let name = text.parse::<BlobName>();
-        if name.is_err() && !is_unfinished {
+            .is_some_and(|(name, _)| Label::read(name).is_some());
+        let label = Label::read(&text);
+        if label.is_none() && !is_unfinished {
             continue;
         }
         let about = match entry.metadata() {
@@ -168,14 +187,14 @@ fn found_in(folder: &Path) -> io::Result<Books> {
             about => about?,
         };
         let used = about.modified()?;
-        match name {
-            Ok(name) => found.push((used, name, about.len())),
-            Err(_) if used.elapsed().is_ok_and(|since| since > UNFINISHED_FOR) => _ = fs::remove_file(entry.path()),
-            Err(_) => {}
+        match label {
+            Some(label) => found.push((used, label, about.len())),
+            None if used.elapsed().is_ok_and(|since| since > UNFINISHED_FOR) => _ = fs::remove_file(entry.path()),
+            None => {}
         }
     }
-    found.sort_by_key(|(used, name, _)| (*used, name.to_string()));
+    found.sort_by_key(|(used, label, _)| (*used, label.to_string()));
     let mut books = Books::default();
-    found.into_iter().for_each(|(_, name, bytes)| books.note(name, bytes));
+    found.into_iter().for_each(|(_, label, bytes)| books.note(label, bytes));
     Ok(books)
 }

@@ -129,7 +129,7 @@ impl<'a, S: ByteSource> Courier<'a, S> {
 
     /// Whether something of the revision was found to be gone; told once.
     pub(super) fn has_missed(&mut self) -> bool {
-        std::mem::take(&mut self.missed)
+        std::mem::take(&mut self.missed) | self.scene.has_missed()
     }
 
     /// What became of all.
@@ -233,6 +233,7 @@ impl<'a, S: ByteSource> Courier<'a, S> {
             && self.streams.take(rung, bytes, &model) == Some(false)
         {
             planner.lose_stream(&model);
+            self.scene.source().forget_parts(&rung.whole());
             return Err(Error::Stream(rung.whole()));
         }
         Ok(length)

@@ -1,11 +1,13 @@
 //! What did each request cost? A source that notes sizes and real latencies.
 
 use std::{
+    future::Future,
     ops::Range,
     sync::Mutex,
     time::{Duration, Instant},
 };
 
+use belvedere_scene::BlobName;
 use bytes::Bytes;
 
 use crate::{Ask, ByteSource, Error, Watch, source::unwatched};
@@ -69,5 +71,17 @@ impl<S: ByteSource> ByteSource for Metered<S> {
 
     fn offers_bundles(&self) -> bool {
         self.source.offers_bundles()
+    }
+
+    fn keep(&self, path: &str, bytes: &Bytes) -> impl Future<Output = ()> + Send {
+        self.source.keep(path, bytes)
+    }
+
+    fn kept(&self, path: &str, bytes: u64) -> impl Future<Output = Option<Bytes>> + Send {
+        self.source.kept(path, bytes)
+    }
+
+    fn forget_parts(&self, whole: &BlobName) {
+        self.source.forget_parts(whole);
     }
 }

@@ -341,6 +341,25 @@ fn where_no_viewpoint_is_given_one_stands_beside_what_is_in_the_middle_of_a_room
 }
 
 #[test]
+fn where_no_viewpoint_is_given_one_looks_along_the_room_and_not_into_its_corner() {
+    let mut room = Builder::default();
+    for (name, from, to) in [
+        ("floor", [-0.2, -0.2, -0.2], [12.2, 0.0, 5.2]),
+        ("north", [-0.2, 0.0, -0.2], [12.2, 3.0, 0.0]),
+        ("south", [-0.2, 0.0, 5.0], [12.2, 3.0, 5.2]),
+        ("west", [-0.2, 0.0, 0.0], [0.0, 3.0, 5.0]),
+        ("east", [12.0, 0.0, 0.0], [12.2, 3.0, 5.0]),
+        ("shelf", [3.0, 0.0, 0.0], [4.0, 2.5, 1.0]),
+    ] {
+        room = room.block(name, from, to);
+    }
+    let baked = baked(room.0).unwrap();
+    let viewpoint = &baked.written.manifest.viewpoints[0];
+    let looks = glam::DQuat::from_array(viewpoint.orientation) * glam::DVec3::NEG_Z;
+    assert!(viewpoint.made_up && looks.x.abs() > 0.95, "{looks}");
+}
+
+#[test]
 fn walls_make_two_rooms_and_a_doorway() {
     let baked = baked(two_rooms().eye([3.0, 1.6, 3.0]).0).unwrap();
     baked.check();

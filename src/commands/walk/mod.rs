@@ -13,7 +13,7 @@ use belvedere_client::{
     ByteSource, Client, FolderSource, HttpSource, Retrying,
     tour::{self, Line, Manner, Outcome, Rambles, Script, Tour, TourSettings},
 };
-use belvedere_scene::SceneName;
+use belvedere_scene::{Revision, SceneName};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use losses::Counted;
 
@@ -272,12 +272,24 @@ async fn scripts<S: ByteSource + Clone>(args: &Args, source: &S) -> anyhow::Resu
     let mut rambles = Rambles::through(&scene, speed_mps, args.duration);
     let mut scripts = Vec::with_capacity(args.sessions as usize);
     for number in 0..u64::from(args.sessions) {
-        let script = rambles.script(manner, args.seed.wrapping_add(number << 32)).await;
-        let unknown =
-            "the cells of the scene cannot be read, and without them no way can be made up; give one with --script";
-        scripts.push(script.context(unknown)?);
+        match rambles.script(manner, args.seed.wrapping_add(number << 32)).await {
+            Ok(script) => scripts.push(script),
+            Err(cause) => {
+                // What is gone may be gone because something else took its place.
+                let newer = scene.newer_revision().await.unwrap_or_default();
+                return Err(cause).context(no_way(newer));
+            }
+        }
     }
     Ok(scripts)
+}
+
+fn no_way(newer: Option<Revision>) -> String {
+    let unknown = "the cells of the scene cannot be read, and without them no way can be made up";
+    match newer {
+        Some(revision) => format!("{unknown}: it was published anew meanwhile, as revision {revision}; walk again"),
+        None => format!("{unknown}; give one with --script"),
+    }
 }
 
 /// What is printed.

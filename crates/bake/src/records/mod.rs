@@ -7,6 +7,7 @@ mod cells;
 mod city_tests;
 mod impostors;
 mod models;
+mod outlook;
 mod packs;
 mod pages;
 #[cfg(test)]

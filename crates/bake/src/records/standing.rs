@@ -106,6 +106,11 @@ impl Place {
         self.room_m >= self.part(CRAMPED)
     }
 
+    /// Whether there is a floor to stand on.
+    pub(super) fn has_floor(&self) -> bool {
+        self.floor_m.is_some()
+    }
+
     /// How much room there is, as far as more is better.
     fn ease(&self) -> f64 {
         self.room_m.min(self.part(ROOMY))

@@ -5,6 +5,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::{
     Input,
+    outlook::{self, End},
     standing::{Footing, Place},
 };
 use crate::{cells::ViewCell, source::SourceViewpoint};
@@ -30,7 +31,7 @@ fn from_author(viewpoint: &SourceViewpoint, input: Input<'_>) -> Option<Viewpoin
 }
 
 /// From a cell in which one can stand and that one can leave, if there is one, and of these the one that sees most objects (of equals the
-/// largest) and has room to stand in; looking level at the middle of what it sees.
+/// largest) and has room to stand in. Who stands looks where most can be seen; who hangs in the air, at the middle of it.
 fn made_up(input: Input<'_>) -> Viewpoint {
     let [_, world_m, _] = input.around().size_m();
     let cells = input.graph.cells.iter().enumerate();
@@ -60,23 +61,42 @@ fn made_up(input: Input<'_>) -> Viewpoint {
         .peekable();
     let first = places.peek().copied();
     let roomy = places.find(|(_, place)| place.is_roomy());
-    let (id, Place { eye, .. }) = roomy.or(first).expect("a graph has at least one cell");
+    let (id, place) = roomy.or(first).expect("a graph has at least one cell");
+    let eye = place.eye;
+    let end_of = |direction: DVec3| end_of_sight(eye, direction, input);
+    let outlook = place.has_floor().then(|| outlook::best(end_of)).flatten();
+    let orientation = looking(outlook.unwrap_or_else(|| level(to_middle_of_seen(eye, id, input), eye, input)));
+    Viewpoint {
+        made_up: true,
+        ..at("start".to_owned(), eye, orientation, input)
+    }
+}
+
+/// What hides all behind it, level with the eye.
+fn end_of_sight(eye: DVec3, direction: DVec3, input: Input<'_>) -> Option<End> {
+    let eye = input.world.relative(input.frame.enter(eye).to_array());
+    let direction = input.frame.enter(direction).as_vec3();
+    let end = input.world.cast(eye, direction, f32::INFINITY, &mut Vec::new())?;
+    let [a, b, c] = input.world.triangle(end.triangle).corners;
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    Some(End {
+        away_m: f64::from(end.t),
+        face_on: f64::from(normal.dot(direction).abs()),
+    })
+}
+
+/// From an eye to the middle of what can be seen from its cell.
+fn to_middle_of_seen(eye: DVec3, cell: usize, input: Input<'_>) -> DVec3 {
     let bounds = input.bounds;
-    let seen = &input.visibility.cells[id].objects;
+    let seen = &input.visibility.cells[cell].objects;
     let weight: f64 = seen.iter().map(|s| f64::from(s.solid_angle)).sum();
     let middle: DVec3 = seen
         .iter()
         .map(|s| f64::from(s.solid_angle) * DVec3::from(bounds[s.object as usize].center()))
         .sum();
-    let towards = if weight > 0.0 {
-        middle / weight - eye
-    } else {
-        DVec3::NEG_Z
-    };
-    let orientation = looking(level(towards, eye, input));
-    Viewpoint {
-        made_up: true,
-        ..at("start".to_owned(), eye, orientation, input)
+    match weight > 0.0 {
+        true => middle / weight - eye,
+        false => DVec3::NEG_Z,
     }
 }
 
