@@ -12,7 +12,7 @@ use bytes::Bytes;
 
 use crate::{
     Ask, ByteSource, Error, Scene,
-    scene::as_promised,
+    document::as_promised,
     source::unwatched,
     strategy::{
         bundles,

@@ -30,10 +30,12 @@
 //! `--example meet` says who else walks there.
 
 mod atlas;
+mod document;
 mod error;
 mod explorer;
 mod fetch;
 pub mod live;
+mod opening;
 mod packs;
 mod records;
 mod scene;
@@ -49,6 +51,7 @@ mod whereabouts;
 
 pub use error::Error;
 pub use explorer::{Event, Explorer, ExplorerOptions, Geometry, Mesh, Seedling};
-pub use scene::{Client, Scene};
+pub use opening::Client;
+pub use scene::Scene;
 pub use source::{Ask, ByteSource, DiskCache, FolderSource, HttpSource, Retrying, Watch};
 pub use walk::Walk;

@@ -10,7 +10,7 @@ use bytes::Bytes;
 
 use crate::{
     ByteSource, Error, Scene,
-    scene::verified,
+    document::verified,
     strategy::{file::Key, order::Member, planner::WORTH_A_PACK},
 };
 

@@ -11,11 +11,11 @@ use std::{
 };
 
 use belvedere_scene::{
-    BlobName, CellId, ModelId, ObjectId, Revision, SceneName,
+    BlobName, CellId, ModelId, ObjectId, Revision,
     index::{CellChunk, CellEntry, Page, PageEntry, PageKind},
     manifest::{FORMAT, Manifest},
     object::{Model, ModelChunk, ObjectChunk, ObjectEntry, ObjectInfo},
-    pointer::{Pointer, SceneList},
+    pointer::Pointer,
     population::Population,
     record::{CellRecord, Steps},
     start::Start,
@@ -24,61 +24,11 @@ use bytes::Bytes;
 use serde::de::DeserializeOwned;
 use tokio::sync::{Mutex, MutexGuard};
 
-use crate::{Ask, ByteSource, Error, source::unwatched, stand_ins::Spared};
-
-/// Follows the pointers of one published tree.
-#[derive(Debug)]
-pub struct Client<S> {
-    source: Arc<S>,
-}
-
-impl<S: ByteSource> Client<S> {
-    /// A client of this tree.
-    pub fn new(source: S) -> Self {
-        Self {
-            source: Arc::new(source),
-        }
-    }
-
-    /// The scenes of the tree.
-    ///
-    /// # Errors
-    /// When the list cannot be fetched or read.
-    pub async fn scenes(&self) -> Result<SceneList, Error> {
-        named(&*self.source, "/v1/scenes/index.json").await
-    }
-
-    /// Follows the pointer of a scene to its current revision.
-    ///
-    /// # Errors
-    /// When there is no such scene, or its pointer or manifest cannot be fetched or read.
-    pub async fn open(&self, scene: &SceneName) -> Result<Scene<S>, Error> {
-        let mut pointer = pointer_of(&*self.source, scene).await?;
-        let mut answer = verified(&*self.source, &pointer.manifest, None).await;
-        if matches!(answer, Err(Error::Missing(_))) {
-            // The pointer may have been older than what was cleaned up since, as a copy in a cache is.
-            let path = pointer_path(scene);
-            let newer: Pointer = fresh(&*self.source, &path).await?;
-            if newer.manifest != pointer.manifest {
-                pointer = newer;
-                answer = verified(&*self.source, &pointer.manifest, None).await;
-            }
-        }
-        let bytes = answer.map_err(|cause| stale(scene, cause))?;
-        Scene::read(self.source.clone(), pointer, &bytes)
-    }
-}
-
-/// What a pointer names and is not there.
-fn stale(scene: &SceneName, cause: Error) -> Error {
-    match cause {
-        Error::Missing(path) => Error::Stale {
-            scene: scene.clone(),
-            path,
-        },
-        other => other,
-    }
-}
+use crate::{
+    ByteSource, Error,
+    document::{document, fresh, pointer_of, pointer_path, stale, verified},
+    stand_ins::Spared,
+};
 
 /// The one field that every version of the manifest has.
 #[derive(serde::Deserialize)]
@@ -123,7 +73,7 @@ pub struct Scene<S> {
 }
 
 impl<S: ByteSource> Scene<S> {
-    fn read(source: Arc<S>, pointer: Pointer, manifest: &[u8]) -> Result<Self, Error> {
+    pub(crate) fn read(source: Arc<S>, pointer: Pointer, manifest: &[u8]) -> Result<Self, Error> {
         let path = pointer.manifest.url();
         let version: FormatOnly = document(&path, manifest)?;
         if version.format != FORMAT {
@@ -470,65 +420,4 @@ impl<S: ByteSource> Scene<S> {
     pub(crate) async fn lost_documents(&self) -> usize {
         self.lost.lock().await.len()
     }
-}
-
-fn pointer_path(scene: &SceneName) -> String {
-    format!("/v1/scenes/{scene}/index.json")
-}
-
-async fn pointer_of(source: &impl ByteSource, scene: &SceneName) -> Result<Pointer, Error> {
-    named(source, &pointer_path(scene)).await
-}
-
-/// A document that has a name instead of a hash. What cannot be read may be a damaged copy, or come from somebody on the way
-/// who answers for the server, such as the page where one signs in to a network: so it is asked for once more.
-async fn named<T: DeserializeOwned>(source: &impl ByteSource, path: &str) -> Result<T, Error> {
-    match document(path, &source.get(path).await?) {
-        Err(Error::Document { .. }) => fresh(source, path).await,
-        read => read,
-    }
-}
-
-/// The same from where it is published, past all caches.
-async fn fresh<T: DeserializeOwned>(source: &impl ByteSource, path: &str) -> Result<T, Error> {
-    let (bytes, _) = source.get_watched(Ask::of(path).fresh(), &mut unwatched).await?;
-    document(path, &bytes)
-}
-
-/// An immutable object, which has so many bytes where that is known.
-pub(crate) async fn verified(source: &impl ByteSource, name: &BlobName, bytes: Option<u64>) -> Result<Bytes, Error> {
-    let url = name.url();
-    let (bytes, _) = source.get_watched(Ask::of(&url).having(bytes), &mut unwatched).await?;
-    as_promised(name, bytes)
-}
-
-/// Bytes that are what a name promises.
-pub(crate) fn as_promised(name: &BlobName, bytes: Bytes) -> Result<Bytes, Error> {
-    match name.is_of(&bytes) {
-        true => Ok(bytes),
-        false => Err(Error::Corrupt(name.clone())),
-    }
-}
-
-fn document<T: DeserializeOwned>(path: &str, bytes: &[u8]) -> Result<T, Error> {
-    serde_json::from_slice(bytes).map_err(|cause| Error::Document {
-        path: path.to_owned(),
-        cause: match beginning(bytes) {
-            Some(beginning) => format!("{cause}; it begins with {beginning:?}"),
-            None => format!("{cause}; it has {} bytes", bytes.len()),
-        },
-    })
-}
-
-/// So much of a document is said back.
-const SAID_CHARACTERS: usize = 60;
-
-/// How something that is text begins; nothing where it is none, or empty.
-fn beginning(bytes: &[u8]) -> Option<String> {
-    let begun = &bytes[..bytes.len().min(4 * SAID_CHARACTERS)];
-    let text = String::from_utf8_lossy(begun);
-    let said: String = text.trim().chars().take(SAID_CHARACTERS).collect();
-    let is_text =
-        !said.is_empty() && !said.contains(|c: char| c == '\u{fffd}' || (c.is_control() && !c.is_whitespace()));
-    is_text.then_some(said)
 }

@@ -17,7 +17,7 @@ use bytes::Bytes;
 use tokio::time::{Instant, sleep};
 
 use super::{Ask, ByteSource, Watch, patience::Patience, progress::Progress, unwatched};
-use crate::{Error, scene::as_promised};
+use crate::{Error, document::as_promised};
 
 /// Tries of one request, the first included.
 const TRIES: u32 = 5;
