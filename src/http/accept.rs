@@ -8,6 +8,7 @@
 
 use std::{
     future::poll_fn,
+    io,
     net::SocketAddr,
     pin::{Pin, pin},
     sync::Arc,
@@ -17,7 +18,7 @@ use std::{
 
 use hyper::{Request, body::Incoming, service::service_fn};
 use hyper_util::{
-    rt::{TokioExecutor, TokioIo, TokioTimer},
+    rt::{TokioIo, TokioTimer},
     server::conn::auto::Builder,
 };
 use tokio::{
@@ -30,6 +31,7 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
     addresses::Addresses,
+    cork::Cork,
     date,
     direct::{Answer, Direct, Outcome, Socket},
     ending::{Ending, Heard},
@@ -37,6 +39,7 @@ use super::{
     front::Front,
     peer::{Peer, Requests, household},
     quiet::{Moves, Patience, Quiet},
+    streams::AtOnce,
     tls::Tls,
 };
 
@@ -139,22 +142,15 @@ pub async fn serve_connections(
             let held = (place, open, permit);
             // Without it small answers wait for the peer's delayed acknowledgements.
             let _ = stream.set_nodelay(true);
-            if let Some(tls) = &tls {
-                let running = Box::pin(connection.shake_hands(tls.clone(), stream, address));
-                tasks.spawn(async move {
-                    attend(running, cut).await;
-                    drop(held);
-                });
-                continue;
-            }
             let (handle, load) = loops.least_busy();
             // Boxed: what is there until a connection is known to be of one kind takes no room after that.
-            let running = {
+            let running: io::Result<Running> = {
                 let _within = handle.enter();
-                stream
-                    .into_std()
-                    .and_then(TcpStream::from_std)
-                    .map(|stream| connection.talk(stream, address))
+                let stream = stream.into_std().and_then(TcpStream::from_std);
+                stream.map(|stream| match &tls {
+                    Some(tls) => Box::pin(connection.shake_hands(tls.clone(), stream, address)) as Running,
+                    None => connection.talk(stream, address),
+                })
             };
             let running = match running {
                 Ok(running) => running,
@@ -163,20 +159,25 @@ pub async fn serve_connections(
                     continue;
                 }
             };
-            let (going_on, shared) = (tasks.clone(), shared.clone());
+            // To agree on keys takes long.
+            let (here, elsewhere, load_here, load_elsewhere) = match tls {
+                Some(_) => (&shared, handle, None, Some(load)),
+                None => (handle, &shared, Some(load), None),
+            };
+            let (going_on, elsewhere) = (tasks.clone(), elsewhere.clone());
             let answering = async move {
                 let again = cut.again();
                 let left = attend(running, cut).await;
-                drop(load);
+                drop(load_here);
                 if let Some(left) = left {
                     let left = async move {
                         attend(left, again).await;
-                        drop(held);
+                        drop((load_elsewhere, held));
                     };
-                    going_on.spawn_on(left, &shared);
+                    going_on.spawn_on(left, &elsewhere);
                 }
             };
-            tasks.spawn_on(answering, handle);
+            tasks.spawn_on(answering, here);
         }
     };
     let _: Option<()> = stopping.run_until_cancelled(accepting).await;
@@ -203,8 +204,8 @@ fn limit_unsent(listener: &TcpListener) {
 #[cfg(not(any(target_os = "linux", target_os = "android")))]
 fn limit_unsent(_: &TcpListener) {}
 
-fn builder() -> Builder<TokioExecutor> {
-    let mut builder = Builder::new(TokioExecutor::new());
+fn builder() -> Builder<AtOnce> {
+    let mut builder = Builder::new(AtOnce);
     // Without hyper's timer for heads, which is made and dropped for each request; `Quiet` covers slow heads too.
     builder.http1().header_read_timeout(None).max_buf_size(MAX_HEAD_BYTES);
     builder
@@ -218,8 +219,8 @@ fn builder() -> Builder<TokioExecutor> {
 }
 
 /// Errors of one connection are its own; running out of files needs a moment.
-async fn pause_after(error: &std::io::Error) {
-    use std::io::ErrorKind::{ConnectionAborted, ConnectionRefused, ConnectionReset};
+async fn pause_after(error: &io::Error) {
+    use io::ErrorKind::{ConnectionAborted, ConnectionRefused, ConnectionReset};
     if !matches!(error.kind(), ConnectionAborted | ConnectionRefused | ConnectionReset) {
         tracing::warn!(%error, "cannot accept a connection");
         tokio::time::sleep(Duration::from_millis(200)).await;
@@ -228,8 +229,8 @@ async fn pause_after(error: &std::io::Error) {
 
 /// hyper, for connections of which nothing has been read, and for those that have spoken HTTP/1.1 and can speak nothing else.
 struct Builders {
-    any: Builder<TokioExecutor>,
-    http1: Builder<TokioExecutor>,
+    any: Builder<AtOnce>,
+    http1: Builder<AtOnce>,
 }
 
 impl Builders {
@@ -248,8 +249,8 @@ enum GoesOn {
     Over,
     /// This, where it is.
     Here(Running),
-    /// This, on the runtime that all else shares.
-    Shared(Running),
+    /// This, elsewhere: from an event loop on the runtime that all else shares, or the reverse.
+    Elsewhere(Running),
 }
 
 type Running = Pin<Box<dyn Future<Output = GoesOn> + Send>>;
@@ -260,7 +261,7 @@ async fn attend(mut running: Running, mut cut: Heard) -> Option<Running> {
         loop {
             match running.as_mut().poll(cx) {
                 Poll::Ready(GoesOn::Here(next)) => running = next,
-                Poll::Ready(GoesOn::Shared(next)) => return Poll::Ready(Some(next)),
+                Poll::Ready(GoesOn::Elsewhere(next)) => return Poll::Ready(Some(next)),
                 Poll::Ready(GoesOn::Over) => return Poll::Ready(None),
                 Poll::Pending => return cut.poll(cx).map(|()| None),
             }
@@ -301,8 +302,12 @@ impl Connection {
         match shaken.await {
             Some(Ok(stream)) => {
                 drop(shaking);
-                let (io, peer) = self.watched(stream, address);
-                Box::pin(self.ask_hyper(io, peer, true)).await;
+                return GoesOn::Elsewhere(Box::pin(async move {
+                    let (talk, cork) = stream;
+                    let (io, peer) = self.watched(talk, address);
+                    self.ask_hyper(io, peer, (true, cork)).await;
+                    GoesOn::Over
+                }));
             }
             Some(Err(error)) => tracing::debug!(%error, "a peer did not shake hands"),
             None => {}
@@ -315,9 +320,9 @@ impl Connection {
             match direct.talk().await {
                 Ok(Outcome::Ended) => {}
                 Ok(Outcome::NotSimple { first }) => {
-                    return GoesOn::Shared(Box::pin(async move {
+                    return GoesOn::Elsewhere(Box::pin(async move {
                         match direct.leave().await {
-                            Ok((io, peer)) => self.ask_hyper(io, peer, first).await,
+                            Ok((io, peer)) => self.ask_hyper(io, peer, (first, None)).await,
                             Err(error) => tracing::debug!(%error, "a connection ended early"),
                         }
                         GoesOn::Over
@@ -341,23 +346,32 @@ impl Connection {
         }
     }
 
-    async fn ask_hyper<S>(mut self, stream: S, peer: Peer, first: bool)
+    /// Leaves a connection to hyper; says whether nothing has been read of it, and by what its frames are held back.
+    async fn ask_hyper<S>(mut self, stream: S, peer: Peer, (first, cork): (bool, Option<Cork>))
     where
         S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
     {
         let builders = self.builders.clone();
         let builder = if first { &builders.any } else { &builders.http1 };
+        let turns = cork.clone();
         let answer = service_fn(move |request: Request<Incoming>| {
             peer.has_asked();
-            let (front, peer) = (self.front.clone(), peer.clone());
-            async move { front.answer(request, &peer).await.map(date::dated) }
+            if let Some(cork) = &turns {
+                cork.begin();
+            }
+            let (front, peer, shared) = (self.front.clone(), peer.clone(), self.shared.clone());
+            async move { front.answer_beside(request, peer, &shared).await.map(date::dated) }
         });
         let mut serving = pin!(builder.serve_connection(TokioIo::new(stream), answer));
         let mut stopped = false;
         let ended = poll_fn(|cx| {
             loop {
-                if let Poll::Ready(ended) = serving.as_mut().poll(cx) {
-                    return Poll::Ready(ended);
+                let polled = match &cork {
+                    Some(cork) => cork.poll(serving.as_mut(), cx),
+                    None => serving.as_mut().poll(cx),
+                };
+                if polled.is_ready() {
+                    return polled;
                 }
                 if stopped || self.stopping.poll(cx).is_pending() {
                     return Poll::Pending;

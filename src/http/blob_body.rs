@@ -4,6 +4,7 @@ use std::{
     collections::VecDeque,
     convert::Infallible,
     mem,
+    ops::Range,
     pin::Pin,
     task::{Context, Poll},
 };
@@ -40,7 +41,19 @@ impl BlobBody {
 
 /// Pieces of stored bytes that are sent one after the other.
 #[derive(Debug, Default)]
-pub(super) struct Pieces(Vec<(Bytes, Keep)>);
+pub(super) struct Pieces {
+    /// What they are cut from; many are cut from one.
+    sources: Vec<Bytes>,
+    pieces: Vec<Piece>,
+}
+
+#[derive(Debug)]
+struct Piece {
+    /// Which of the sources.
+    source: usize,
+    range: Range<usize>,
+    keep: Keep,
+}
 
 /// What may be held of a piece as long as somebody reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,46 +66,72 @@ pub(super) enum Keep {
 
 impl Pieces {
     pub(super) fn with_capacity(pieces: usize) -> Self {
-        Self(Vec::with_capacity(pieces))
+        Self {
+            sources: Vec::with_capacity(pieces),
+            pieces: Vec::with_capacity(pieces),
+        }
     }
 
-    pub(super) fn push(&mut self, piece: Bytes, keep: Keep) {
-        self.0.push((piece, keep));
+    /// Adds a part of this.
+    pub(super) fn push(&mut self, source: &Bytes, range: Range<usize>, keep: Keep) {
+        let same = |last: &Bytes| last.as_ptr() == source.as_ptr() && last.len() == source.len();
+        // To share it once more would be counted where the threads that share it meet.
+        if !self.sources.last().is_some_and(same) {
+            self.sources.push(source.clone());
+        }
+        let source = self.sources.len() - 1;
+        self.pieces.push(Piece { source, range, keep });
     }
 
     /// Lets go of what the last one was cut from.
     pub(super) fn let_go(&mut self) {
-        if let Some((piece, Keep::Copied)) = self.0.last_mut() {
-            *piece = Bytes::copy_from_slice(piece);
+        if let [before @ .., last] = &mut *self.pieces
+            && last.keep == Keep::Copied
+        {
+            let copy = Bytes::copy_from_slice(&self.sources[last.source][last.range.clone()]);
+            if before.last().is_none_or(|before| before.source != last.source) {
+                self.sources.pop();
+            }
+            (last.source, last.range) = (self.sources.len(), 0..copy.len());
+            self.sources.push(copy);
         }
     }
 
     /// Puts one before all others.
     pub(super) fn begin_with(&mut self, first: Bytes) {
-        self.0.insert(0, (first, Keep::Copied));
+        let piece = Piece {
+            source: self.sources.len(),
+            range: 0..first.len(),
+            keep: Keep::Copied,
+        };
+        self.sources.push(first);
+        self.pieces.insert(0, piece);
     }
 
-    pub(super) fn iter(&self) -> impl Iterator<Item = &Bytes> {
-        self.0.iter().map(|(piece, _)| piece)
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[u8]> {
+        self.pieces
+            .iter()
+            .map(|piece| &self.sources[piece.source][piece.range.clone()])
     }
 
     /// How many bytes they are.
     pub(super) fn len(&self) -> u64 {
-        self.iter().map(|piece| piece.len() as u64).sum()
+        self.pieces.iter().map(|piece| piece.range.len() as u64).sum()
     }
 
     /// For whoever is still to read them. What is copied lies together, so that it is sent together.
     pub(super) fn kept(self) -> BlobBody {
         let mut kept = VecDeque::new();
-        let mut pieces = self.0.into_iter().peekable();
-        while let Some((piece, keep)) = pieces.next() {
-            if keep == Keep::Shared {
-                kept.push_back(piece);
+        let mut pieces = self.pieces.iter().peekable();
+        let bytes = |piece: &Piece| self.sources[piece.source].slice(piece.range.clone());
+        while let Some(piece) = pieces.next() {
+            if piece.keep == Keep::Shared {
+                kept.push_back(bytes(piece));
                 continue;
             }
-            let mut copy = piece.to_vec();
-            while let Some((piece, _)) = pieces.next_if(|(_, keep)| *keep == Keep::Copied) {
-                copy.extend_from_slice(&piece);
+            let mut copy = bytes(piece).to_vec();
+            while let Some(piece) = pieces.next_if(|piece| piece.keep == Keep::Copied) {
+                copy.extend_from_slice(&self.sources[piece.source][piece.range.clone()]);
             }
             kept.push_back(copy.into());
         }
@@ -131,23 +170,32 @@ mod tests {
     #[test]
     fn what_is_kept_of_pieces_says_the_same_and_holds_no_more_than_it_may() {
         let whole = Bytes::from_static(b"abcdefghij");
-        let mut pieces = Pieces::default();
-        for (range, keep) in [
-            (0..2, Keep::Copied),
-            (5..6, Keep::Copied),
-            (2..9, Keep::Shared),
-            (9..9, Keep::Copied),
-            (1..2, Keep::Copied),
-        ] {
-            pieces.push(whole.slice(range), keep);
-            pieces.let_go();
+        for (let_go, held) in [(true, 1), (false, 5)] {
+            let mut pieces = Pieces::default();
+            for (range, keep) in [
+                (0..2, Keep::Copied),
+                (5..6, Keep::Copied),
+                (2..9, Keep::Shared),
+                (9..9, Keep::Copied),
+                (1..2, Keep::Copied),
+            ] {
+                pieces.push(&whole, range, keep);
+                if let_go {
+                    pieces.let_go();
+                }
+            }
+            let shared = |piece: &[u8]| whole.as_ptr_range().contains(&piece.as_ptr());
+            assert_eq!(pieces.iter().filter(|piece| shared(piece)).count(), held);
+            pieces.begin_with(Bytes::from_static(b"-"));
+            assert_eq!(pieces.iter().collect::<Vec<_>>().concat(), b"-abfcdefghib");
+            assert_eq!(pieces.len(), 12);
+            let kept = pieces.kept();
+            let kept: Vec<_> = kept.parts().cloned().collect();
+            assert_eq!(kept, ["-abf", "cdefghi", "b"]);
+            assert_eq!(
+                kept.iter().map(|piece| shared(piece)).collect::<Vec<_>>(),
+                [false, true, false]
+            );
         }
-        let shared = |piece: &Bytes| whole.as_ptr_range().contains(&piece.as_ptr());
-        assert_eq!(pieces.iter().filter(|piece| shared(piece)).count(), 1);
-        assert_eq!(pieces.len(), 11);
-        let kept = pieces.kept();
-        let kept: Vec<_> = kept.parts().cloned().collect();
-        assert_eq!(kept, ["abf", "cdefghi", "b"]);
-        assert_eq!(kept.iter().map(shared).collect::<Vec<_>>(), [false, true, false]);
     }
 }

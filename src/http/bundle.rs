@@ -5,20 +5,21 @@
 //! up to `to` of an object, `{hash}.{ext}@{from}-{to}`. The answer is `BVBN`, a version, the number of members, where
 //! each ends, and their bytes (`docs/FORMAT.md`).
 
-use std::{ops::Range, str::FromStr};
+use std::{ops::Range, str::FromStr, sync::LazyLock};
 
 use axum::{
     body::Body,
     http::{HeaderMap, HeaderValue, Method, StatusCode, header},
     response::Response,
 };
-use belvedere_scene::{BlobHash, BlobName, rung::RungName};
+use belvedere_scene::{BlobName, rung::RungName};
 use bytes::Bytes;
 
 use super::{
     AppState, around,
-    blob_body::{Keep, Pieces},
+    blob_body::{BlobBody, Keep, Pieces},
     conditional::{self, Verdict},
+    direct::head_lines,
     error::ApiError,
     extract::Path,
     fields::Fields,
@@ -32,6 +33,8 @@ use crate::store::Representations;
 pub(super) const PATH: &str = "/o/bundle/";
 /// A bundle holds at most so many members.
 const MAX_MEMBERS: usize = 64;
+/// For so many there is room at once.
+const USUAL_MEMBERS: usize = 16;
 /// What is larger gains nothing.
 const MAX_BYTES: u64 = 8 << 20;
 /// … and to cut slices out of more than this would load the store.
@@ -40,6 +43,8 @@ const MAX_READ_BYTES: u64 = 256 << 20;
 const COPIED_BYTES: usize = 16 << 10;
 const MAGIC: &[u8; 4] = b"BVBN";
 const VERSION: u16 = 1;
+/// A tag tells versions of one address apart (RFC 9110 §8.8.3). Of a bundle there is one, in this format.
+const ETAG: &str = "\"bvbn-1\"";
 const MEDIA_TYPE: HeaderValue = HeaderValue::from_static("application/vnd.belvedere.bundle");
 
 /// One thing in a bundle.
@@ -56,20 +61,20 @@ impl FromStr for Member {
 
     fn from_str(text: &str) -> Result<Self, ()> {
         if let Some((name, range)) = text.split_once('@') {
-            let (from, to) = range.split_once('-').ok_or(())?;
-            let range = number(from).ok_or(())?..number(to).ok_or(())?;
-            let name = name.parse().map_err(drop)?;
-            return if range.is_empty() {
-                Err(())
-            } else {
-                Ok(Self::Slice(name, range))
-            };
+            return Ok(Self::Slice(name.parse().map_err(drop)?, slice(range)?));
         }
         match RungName::from_file_name(text) {
             Some(rung) => Ok(Self::Rung(rung)),
             None => text.parse().map(Self::Whole).map_err(drop),
         }
     }
+}
+
+/// The bytes of an object that are meant; never none.
+fn slice(text: &str) -> Result<Range<u64>, ()> {
+    let (from, to) = text.split_once('-').ok_or(())?;
+    let range = number(from).ok_or(())?..number(to).ok_or(())?;
+    if range.is_empty() { Err(()) } else { Ok(range) }
 }
 
 /// A number has one spelling, so that an answer has one address.
@@ -86,41 +91,50 @@ impl Member {
         }
     }
 
-    /// Its bytes, as a part of those of the whole.
-    fn bytes(&self, forms: &Representations) -> Result<Bytes, ApiError> {
-        let whole = &forms.identity.bytes;
+    /// Which bytes of the whole it is.
+    fn part(&self, forms: &Representations) -> Result<Range<usize>, ApiError> {
+        let whole = forms.identity.bytes.len();
         match self {
-            Self::Whole(_) => Ok(whole.clone()),
-            Self::Rung(rung) => Ok(rungs::cut(*rung, forms)?.identity.bytes),
-            Self::Slice(_, range) if range.end <= whole.len() as u64 => {
-                Ok(whole.slice(range.start as usize..range.end as usize))
-            }
+            Self::Whole(_) => Ok(0..whole),
+            Self::Rung(rung) => rungs::part(*rung, forms),
+            Self::Slice(_, range) if range.end <= whole as u64 => Ok(range.start as usize..range.end as usize),
             Self::Slice(name, range) => Err(ApiError::NotFound(format!(
-                "byte {} of `{name}`; it has {}",
-                range.end - 1,
-                whole.len()
+                "byte {} of `{name}`; it has {whole}",
+                range.end - 1
             ))),
         }
     }
 }
 
 fn members(text: &str) -> Result<Vec<Member>, ApiError> {
-    let count = 1 + text.bytes().filter(|byte| *byte == b'+').count();
-    if count > MAX_MEMBERS {
-        return Err(ApiError::bad_request(format!(
-            "a bundle has at most {MAX_MEMBERS} members"
-        )));
-    }
-    let mut members = Vec::with_capacity(count);
+    let mut members = Vec::with_capacity(USUAL_MEMBERS);
+    // Slices often come from one object, whose name is then read once.
+    let mut last: Option<(&str, BlobName)> = None;
     for member in text.split('+') {
-        let read = member.parse().map_err(|()| {
+        if members.len() == MAX_MEMBERS {
+            return Err(ApiError::bad_request(format!(
+                "a bundle has at most {MAX_MEMBERS} members"
+            )));
+        }
+        let read = match (member.split_once('@'), &last) {
+            (Some((name, range)), Some((before, blob))) if name == *before => {
+                slice(range).map(|range| Member::Slice(blob.clone(), range))
+            }
+            (named, _) => {
+                let read = member.parse();
+                last = named
+                    .zip(read.as_ref().ok().map(Member::blob))
+                    .map(|((name, _), blob)| (name, blob));
+                read
+            }
+        };
+        members.push(read.map_err(|()| {
             let shown: String = member.chars().take(100).collect();
             ApiError::bad_request(format!(
                 "`{shown}` is no member of a bundle: it must be {{hash}}.{{ext}}, {{hash}}.r{{n}}.slod or \
                  {{hash}}.{{ext}}@{{from}}-{{to}}; `+` stands between members"
             ))
-        });
-        members.push(read?);
+        })?);
     }
     Ok(members)
 }
@@ -155,8 +169,9 @@ impl Gathered {
                 "the objects that a bundle is cut from have at most {MAX_READ_BYTES} bytes together; ask for fewer at once"
             )));
         }
-        let bytes = member.bytes(forms)?;
-        self.length += bytes.len() as u64;
+        let part = member.part(forms)?;
+        let bytes = part.len();
+        self.length += bytes as u64;
         if self.length > MAX_BYTES {
             return Err(ApiError::bad_request(format!(
                 "a bundle has at most {MAX_BYTES} bytes; fetch what is large alone"
@@ -164,39 +179,80 @@ impl Gathered {
         }
         self.head.extend_from_slice(&(self.length as u32).to_le_bytes());
         // A part of a blob shall not keep the blob in memory as long as somebody reads it, unless it is most of it.
-        let keep = if bytes.len() <= COPIED_BYTES || bytes.len() < whole / 2 {
+        let keep = if bytes <= COPIED_BYTES || bytes < whole / 2 {
             Keep::Copied
         } else {
             Keep::Shared
         };
-        self.pieces.push(bytes, keep);
+        self.pieces.push(&forms.identity.bytes, part, keep);
         Ok(())
     }
 
     /// The answer with all of them.
-    fn answer(mut self, text: &str, method: &Method, fields: &impl Fields) -> Result<Response<Pieces>, ApiError> {
-        // The address names the content, so a hash of it is as good as one of the bytes.
-        let etag = format!("\"{}\"", &BlobHash::of(text.as_bytes()).to_string()[..32]);
-        let mut response = Response::new(Pieces::default());
-        let headers = response.headers_mut();
-        headers.reserve(8);
-        headers.insert(header::CACHE_CONTROL, IMMUTABLE);
-        let tag = HeaderValue::try_from(&etag).expect("a tag is quoted hex digits");
-        headers.insert(header::ETAG, tag);
-        match conditional::evaluate(fields, etag.as_bytes()) {
+    fn answer(mut self, method: &Method, fields: &impl Fields) -> Result<Bundle, ApiError> {
+        let length = match conditional::evaluate(fields, ETAG.as_bytes()) {
             Verdict::Failed => return Err(ApiError::PreconditionFailed),
-            Verdict::NotModified => *response.status_mut() = StatusCode::NOT_MODIFIED,
-            Verdict::Proceed => {
-                headers.insert(header::CONTENT_TYPE, MEDIA_TYPE);
-                headers.insert(header::CONTENT_LENGTH, (self.head.len() as u64 + self.length).into());
-                if *method != Method::HEAD {
-                    self.pieces.begin_with(self.head.into());
-                    *response.body_mut() = self.pieces;
-                }
-            }
+            Verdict::NotModified => None,
+            Verdict::Proceed => Some(self.head.len() as u64 + self.length),
+        };
+        if length.is_none() || *method == Method::HEAD {
+            self.pieces = Pieces::default();
+        } else {
+            self.pieces.begin_with(self.head.into());
         }
-        Ok(response)
+        Ok(Bundle {
+            length,
+            pieces: self.pieces,
+        })
     }
+}
+
+/// A bundle as it is answered.
+#[derive(Debug)]
+pub(super) struct Bundle {
+    /// None when the client has it.
+    pub(super) length: Option<u64>,
+    pub(super) pieces: Pieces,
+}
+
+impl Bundle {
+    pub(super) fn status(&self) -> StatusCode {
+        self.length.map_or(StatusCode::NOT_MODIFIED, |_| StatusCode::OK)
+    }
+
+    /// The first lines of its head as HTTP/1.1 writes them, without its length.
+    pub(super) fn written(&self) -> &'static Bytes {
+        static WHOLE: LazyLock<Bytes> = LazyLock::new(|| head_lines(StatusCode::OK, &head(StatusCode::OK)).into());
+        static UNCHANGED: LazyLock<Bytes> =
+            LazyLock::new(|| head_lines(StatusCode::NOT_MODIFIED, &head(StatusCode::NOT_MODIFIED)).into());
+        match self.length {
+            Some(_) => &WHOLE,
+            None => &UNCHANGED,
+        }
+    }
+
+    pub(super) fn response(self) -> Response<BlobBody> {
+        let status = self.status();
+        let mut headers = head(status);
+        if let Some(length) = self.length {
+            headers.insert(header::CONTENT_LENGTH, length.into());
+        }
+        let mut response = Response::new(self.pieces.kept());
+        (*response.status_mut(), *response.headers_mut()) = (status, headers);
+        response
+    }
+}
+
+/// What all bundles say of themselves.
+fn head(status: StatusCode) -> HeaderMap {
+    let mut headers = HeaderMap::with_capacity(8);
+    headers.insert(header::CACHE_CONTROL, IMMUTABLE);
+    headers.insert(header::ETAG, HeaderValue::from_static(ETAG));
+    if status == StatusCode::OK {
+        headers.insert(header::CONTENT_TYPE, MEDIA_TYPE);
+    }
+    around::for_everybody(status, &mut headers);
+    headers
 }
 
 /// `GET /o/bundle/{members}`: many small things in one answer.
@@ -216,8 +272,8 @@ pub(super) async fn bundle(
         // The next one may have to be waited for.
         gathered.pieces.let_go();
     }
-    let answered = gathered.answer(&text, &method, &headers)?;
-    Ok(answered.map(|pieces| Body::new(pieces.kept())))
+    let bundle = gathered.answer(&method, &headers)?;
+    Ok(bundle.response().map(Body::new))
 }
 
 /// The same without waiting, when all members are public and in memory and nothing about the request needs an explanation.
@@ -225,7 +281,10 @@ pub(super) fn bundle_in_memory(
     state: &AppState,
     (method, path): (&Method, &str),
     fields: &impl Fields,
-) -> Option<Response<Pieces>> {
+) -> Option<Bundle> {
+    if !matches!(*method, Method::GET | Method::HEAD) {
+        return None;
+    }
     let text = path.strip_prefix(PATH)?;
     // What was got with a key is not for caches, public or not.
     if fields.has(&header::AUTHORIZATION) {
@@ -247,13 +306,13 @@ pub(super) fn bundle_in_memory(
         gathered.add(&member, &forms).ok()?;
         last = Some((blob, forms));
     }
-    let mut response = gathered.answer(text, method, fields).ok()?;
-    around::for_everybody(response.status(), response.headers_mut());
-    Some(response)
+    gathered.answer(method, fields).ok()
 }
 
 #[cfg(test)]
 mod tests {
+    use belvedere_scene::BlobHash;
+
     use super::*;
 
     #[test]

@@ -9,17 +9,19 @@ use std::{convert::Infallible, sync::Arc, time::Instant};
 use axum::{
     BoxError, Router,
     body::{Body, HttpBody},
-    http::{Request, StatusCode, header},
+    http::{Method, Request, StatusCode, header},
     response::Response,
 };
 use bytes::Bytes;
 use http_body_util::Either;
+use tokio::{runtime::Handle, task::JoinError};
+use tokio_util::task::AbortOnDropHandle;
 use tower::ServiceExt;
 
 use super::{
     AppState, around,
     blob_body::BlobBody,
-    bundle,
+    bundle::{self, Bundle},
     direct::{Ready, Simple},
     fields::Fields,
     immutable, links,
@@ -62,7 +64,7 @@ impl Front {
         let span = self.0.state.traces.request(request.method(), request.headers());
         if let Some(span) = span {
             request.extensions_mut().insert(span);
-        } else if let Some(response) = self.at_once(&request) {
+        } else if let Some(response) = self.at_once(&request, peer) {
             return Ok(response.map(Either::Left));
         }
         links::take(&self.0.state.publications, &mut request);
@@ -75,15 +77,42 @@ impl Front {
         Ok(response.map(Either::Right))
     }
 
-    fn at_once<B>(&self, request: &Request<B>) -> Option<Response<BlobBody>> {
+    /// The same from an event loop: what is not in memory is answered on the runtime that all else shares.
+    pub(super) async fn answer_beside<B>(
+        self,
+        request: Request<B>,
+        peer: Peer,
+        shared: &Handle,
+    ) -> Result<Response<Either<BlobBody, Body>>, JoinError>
+    where
+        B: HttpBody<Data = Bytes, Error: Into<BoxError>> + Send + 'static,
+    {
+        if !self.0.state.traces.are_sent()
+            && let Some(response) = self.at_once(&request, &peer)
+        {
+            return Ok(response.map(Either::Left));
+        }
+        let answering = async move {
+            let Ok(response) = self.answer(request, &peer).await;
+            response
+        };
+        AbortOnDropHandle::new(shared.spawn(answering)).await
+    }
+
+    fn at_once<B>(&self, request: &Request<B>, peer: &Peer) -> Option<Response<BlobBody>> {
         let (method, fields) = (request.method(), request.headers());
         if told_of(fields) || around::refused(request).is_some() {
             return None;
         }
         let started = Instant::now();
         let asked = (method, request.uri().path());
-        let response = immutable::object_in_memory(&self.0.state, asked, |object| object.answer(method, fields))?;
         let metrics = &self.0.state.metrics;
+        if asked.1.starts_with(bundle::PATH) {
+            let response = self.bundle(asked, fields, peer)?.response();
+            metrics.bundle(response.status(), response.body().len(), started.elapsed());
+            return Some(response);
+        }
+        let response = immutable::object_in_memory(&self.0.state, asked, |object| object.answer(method, fields))?;
         metrics.immutable(response.status(), response.body().len(), started.elapsed());
         Some(response)
     }
@@ -96,15 +125,9 @@ impl Front {
         let started = Instant::now();
         let asked = (&simple.method, simple.target);
         if simple.target.starts_with(bundle::PATH) {
-            let bundle = bundle::bundle_in_memory(&self.0.state, asked, &simple.fields)?;
-            // Who asks too often is told so by the router.
-            self.0.state.pace.request(peer).ok()?;
-            let ready = Ready::bundle(bundle, started);
-            let (status, body_bytes) = (ready.status.as_u16(), ready.body_bytes());
-            self.0
-                .state
-                .metrics
-                .request(routes::BUNDLE, status, body_bytes, started.elapsed());
+            let ready = Ready::bundle(self.bundle(asked, &simple.fields, peer)?, started);
+            let metrics = &self.0.state.metrics;
+            metrics.bundle(ready.status, ready.body_bytes(), started.elapsed());
             return Some(answer(ready));
         }
         immutable::object_in_memory(&self.0.state, asked, |object| {
@@ -114,6 +137,13 @@ impl Front {
             metrics.immutable(ready.status, ready.body_bytes(), started.elapsed());
             Ok(answer(ready))
         })
+    }
+
+    fn bundle(&self, asked: (&Method, &str), fields: &impl Fields, peer: &Peer) -> Option<Bundle> {
+        let bundle = bundle::bundle_in_memory(&self.0.state, asked, fields)?;
+        // Who asks too often is told so by the router.
+        self.0.state.pace.request(peer).ok()?;
+        Some(bundle)
     }
 }
 

@@ -31,7 +31,11 @@ use self::{
     durations::Durations,
     states::{JobMetrics, SpanMetrics},
 };
-use super::{AppState, error::ApiError, routes::IMMUTABLE_OBJECT};
+use super::{
+    AppState,
+    error::ApiError,
+    routes::{BUNDLE, IMMUTABLE_OBJECT},
+};
 use crate::{live::LiveCounts, spread::Spread};
 
 /// Counters of one server. Cheap to clone.
@@ -44,7 +48,8 @@ struct Inner {
     registry: Registry,
     requests: Family<RequestLabels, SpreadCounter>,
     seconds: Family<RouteLabel, Durations>,
-    immutable: Immutable,
+    immutable: FromMemory,
+    bundles: FromMemory,
     sent_bytes: SpreadCounter,
     cache_hits: Counter,
     cache_misses: Counter,
@@ -191,8 +196,8 @@ impl LiveMetrics {
     }
 }
 
-/// The counters of immutable objects from memory, looked up once: a label lookup costs more than the answer.
-struct Immutable {
+/// The counters of what is answered from memory on one route, looked up once: a label lookup costs more than the answer.
+struct FromMemory {
     whole: SpreadCounter,
     slices: SpreadCounter,
     unchanged: SpreadCounter,
@@ -266,17 +271,20 @@ impl Default for Metrics {
         jobs.register(&mut registry);
         let spans = SpanMetrics::default();
         spans.register(&mut registry);
-        let route = IMMUTABLE_OBJECT;
-        let answered = |status| requests.get_or_create_owned(&RequestLabels { route, status });
-        let immutable = Immutable {
-            whole: answered(200),
-            slices: answered(206),
-            unchanged: answered(304),
-            seconds: seconds.get_or_create_owned(&RouteLabel { route }),
+        let from_memory = |route| {
+            let answered = |status| requests.get_or_create_owned(&RequestLabels { route, status });
+            FromMemory {
+                whole: answered(200),
+                slices: answered(206),
+                unchanged: answered(304),
+                seconds: seconds.get_or_create_owned(&RouteLabel { route }),
+            }
         };
+        let (immutable, bundles) = (from_memory(IMMUTABLE_OBJECT), from_memory(BUNDLE));
         Self {
             inner: Arc::new(Inner {
                 immutable,
+                bundles,
                 registry,
                 requests,
                 seconds,
@@ -318,14 +326,22 @@ impl Metrics {
 
     /// An immutable object was answered from memory.
     pub(super) fn immutable(&self, status: StatusCode, body_bytes: u64, took: Duration) {
-        let immutable = &self.inner.immutable;
+        self.from_memory(&self.inner.immutable, (status, body_bytes), took);
+    }
+
+    /// A bundle was answered from memory.
+    pub(super) fn bundle(&self, status: StatusCode, body_bytes: u64, took: Duration) {
+        self.from_memory(&self.inner.bundles, (status, body_bytes), took);
+    }
+
+    fn from_memory(&self, route: &FromMemory, (status, body_bytes): (StatusCode, u64), took: Duration) {
         match status {
-            StatusCode::PARTIAL_CONTENT => &immutable.slices,
-            StatusCode::NOT_MODIFIED => &immutable.unchanged,
-            _ => &immutable.whole,
+            StatusCode::PARTIAL_CONTENT => &route.slices,
+            StatusCode::NOT_MODIFIED => &route.unchanged,
+            _ => &route.whole,
         }
         .inc();
-        immutable.seconds.observe(took);
+        route.seconds.observe(took);
         self.inner.sent_bytes.inc_by(body_bytes);
     }
 

@@ -16,7 +16,7 @@
 //! * `viewer`: its page and scripts. `policy`: what these may load, and from where.
 //! * `momentary`: answers that no cache keeps. `date`: when they were given.
 //! * [`accept`]: the accept loop with its limits, one of them for each of the `addresses`, and its `ending`. [`tls`]: certificates. `direct`: simple requests without TLS,
-//!   answered in front of hyper, by the threads of `event_loops`. `quiet`: how long a peer is waited for.
+//!   answered in front of hyper, by the threads of `event_loops`. `streams`, `cork`: those of HTTP/2 are answered at once and sent together. `quiet`: how long a peer is waited for.
 
 pub mod accept;
 mod addresses;
@@ -26,6 +26,7 @@ mod body;
 mod bundle;
 mod causes;
 mod conditional;
+mod cork;
 mod cors;
 mod date;
 mod direct;
@@ -55,6 +56,7 @@ mod ranges;
 mod rollback;
 pub mod routes;
 mod rungs;
+mod streams;
 pub mod tls;
 mod uploads;
 mod viewer;

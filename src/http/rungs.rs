@@ -1,6 +1,8 @@
 //! How is a rung of a smooth LOD answered? As an object of its own that is cut from the stored stream: nothing more is
 //! stored, and every answer is a plain whole, for caches that refuse slices.
 
+use std::ops::Range;
+
 use belvedere_scene::{rung::RungName, smooth::Header};
 
 use super::error::ApiError;
@@ -11,6 +13,20 @@ use crate::store::{Representation, Representations};
 /// # Errors
 /// When the stream has fewer rungs, or is none.
 pub(super) fn cut(rung: RungName, whole: &Representations) -> Result<Representations, ApiError> {
+    let bytes = whole.identity.bytes.slice(part(rung, whole)?);
+    let etag = format!("\"{}-r{}\"", rung.hash, rung.number);
+    Ok(Representations {
+        identity: Representation::new(bytes, etag.into()),
+        zstd: None,
+        gzip: None,
+    })
+}
+
+/// Where a rung lies in the stored stream.
+///
+/// # Errors
+/// When the stream has fewer rungs, or is none.
+pub(super) fn part(rung: RungName, whole: &Representations) -> Result<Range<usize>, ApiError> {
     let bytes = &whole.identity.bytes;
     let broken = |cause: &str| ApiError::Internal(anyhow::anyhow!("{} has no rungs: {cause}", rung.whole()));
     let header = match Header::read(bytes) {
@@ -26,14 +42,9 @@ pub(super) fn cut(rung: RungName, whole: &Representations) -> Result<Representat
         };
         ApiError::NotFound(format!("rung r{} of `{}`; it has {rungs}", rung.number, rung.whole()))
     })?;
-    let etag = format!("\"{}-r{}\"", rung.hash, rung.number);
     let slice = slice.start as usize..slice.end as usize;
-    let slice = bytes
-        .get(slice)
-        .ok_or_else(|| broken("it ends before its header says"))?;
-    Ok(Representations {
-        identity: Representation::new(bytes.slice_ref(slice), etag.into()),
-        zstd: None,
-        gzip: None,
-    })
+    match bytes.get(slice.clone()) {
+        Some(_) => Ok(slice),
+        None => Err(broken("it ends before its header says")),
+    }
 }

@@ -26,7 +26,7 @@ use tokio_rustls::{
 };
 use tokio_util::sync::CancellationToken;
 
-use super::quiet::Moves;
+use super::cork::{Cork, Corked};
 
 /// How often to look whether the files have changed. New ones are taken when they have stayed the same from one look to
 /// the next, so that a certificate is not read without its key.
@@ -34,7 +34,10 @@ const LOOK_INTERVAL: Duration = Duration::from_secs(2);
 /// How long a peer may take to agree on keys.
 const HANDSHAKE: Duration = Duration::from_secs(10);
 
-impl Moves for TlsStream<TcpStream> {}
+const HTTP2: &[u8] = b"h2";
+
+/// A connection whose bytes nobody else reads.
+pub(super) type Talk = Corked<TlsStream<TcpStream>>;
 
 /// Where certificate and key are.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -127,7 +130,7 @@ impl TlsFiles {
             files: self.clone(),
             source,
         })?;
-        config.alpn_protocols = vec![b"h2".to_vec(), b"http/1.1".to_vec()];
+        config.alpn_protocols = vec![HTTP2.to_vec(), b"http/1.1".to_vec()];
         Ok(config)
     }
 }
@@ -146,10 +149,13 @@ impl Tls {
         Ok(Self { config })
     }
 
-    /// Agrees with a peer on keys.
-    pub(super) async fn shake_hands(&self, stream: TcpStream) -> std::io::Result<TlsStream<TcpStream>> {
+    /// Agrees with a peer on keys, and perhaps on HTTP/2, whose frames are then held back by a cork.
+    pub(super) async fn shake_hands(&self, stream: TcpStream) -> std::io::Result<(Talk, Option<Cork>)> {
         let acceptor = TlsAcceptor::from(self.config.borrow().clone());
-        tokio::time::timeout(HANDSHAKE, acceptor.accept(stream)).await?
+        let stream = tokio::time::timeout(HANDSHAKE, acceptor.accept(stream)).await??;
+        let frames = stream.get_ref().1.alpn_protocol() == Some(HTTP2);
+        let cork = frames.then(Cork::default);
+        Ok((Corked::new(stream, cork.clone()), cork))
     }
 }
 

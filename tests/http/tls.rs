@@ -3,6 +3,7 @@
 use std::{net::SocketAddr, path::Path, sync::Arc, time::Duration};
 
 use belvedere::{config::Settings, http::tls::TlsFiles};
+use belvedere_scene::BlobName;
 use http_body_util::{BodyExt, Empty};
 use hyper_util::rt::{TokioExecutor, TokioIo};
 use tokio::{
@@ -15,7 +16,7 @@ use tokio_rustls::{
     rustls::{ClientConfig, RootCertStore, crypto::aws_lc_rs, pki_types::CertificateDer},
 };
 
-use crate::scene::Server;
+use crate::scene::{Server, glb};
 
 /// Writes a new certificate of this machine with its key; gives it.
 fn certify(folder: &Path) -> CertificateDer<'static> {
@@ -95,6 +96,47 @@ async fn http_2_and_http_1_are_spoken_over_tls() {
     let mut answer = String::new();
     stream.read_to_string(&mut answer).await.unwrap();
     assert!(answer.starts_with("HTTP/1.1 200 OK"), "{answer}");
+}
+
+#[tokio::test]
+async fn many_streams_at_once_say_what_each_would_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let certificate = certify(folder.path());
+    let server = start(folder.path()).await;
+    let stream = connect(server.address, &certificate, "h2").await.unwrap();
+    let (sender, connection) = hyper::client::conn::http2::handshake(TokioExecutor::new(), TokioIo::new(stream))
+        .await
+        .unwrap();
+    tokio::spawn(connection);
+    let (bytes, url) = (glb(), BlobName::of(&glb(), "glb").unwrap().url());
+    let slices: Vec<u8> = bytes[..9].iter().chain(&bytes[20..30]).copied().collect();
+    let name = &url[3..];
+    let paths = [
+        (url.clone(), bytes.clone()),
+        (
+            format!("/o/bundle/{name}@0-9+{name}@20-30"),
+            [&b"BVBN\x01\0\x02\0\x09\0\0\0\x13\0\0\0"[..], &slices].concat(),
+        ),
+        // Of the router.
+        (
+            "/openapi.json".to_owned(),
+            belvedere::http::OPENAPI_JSON.as_bytes().to_vec(),
+        ),
+    ];
+    // The first ones come before the blob is in memory, the later ones after.
+    for _ in 0..2 {
+        let asked = (0..60).map(|i| {
+            let (mut sender, (path, expected)) = (sender.clone(), &paths[i % paths.len()]);
+            async move {
+                let request = hyper::Request::get(format!("https://localhost{path}")).body(Empty::<&[u8]>::new());
+                let answer = sender.send_request(request.unwrap()).await.unwrap();
+                assert_eq!(answer.status(), hyper::StatusCode::OK, "{path}");
+                let body = answer.into_body().collect().await.unwrap().to_bytes();
+                assert!(body == *expected, "{path}: {} bytes", body.len());
+            }
+        });
+        futures_util::future::join_all(asked).await;
+    }
 }
 
 #[tokio::test]

@@ -121,9 +121,24 @@ impl BlobHash {
     }
 }
 
+/// What each character is worth as a hex digit; more than 15 when it is none.
+const DIGITS: [u8; 256] = {
+    let mut digits = [u8::MAX; 256];
+    let mut digit = 0;
+    while digit < 16 {
+        digits[b"0123456789abcdef"[digit] as usize] = digit as u8;
+        digit += 1;
+    }
+    digits
+};
+
 impl fmt::Display for BlobHash {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+        let mut text = [0; 64];
+        for (digits, byte) in text.as_chunks_mut::<2>().0.iter_mut().zip(self.0) {
+            *digits = [byte >> 4, byte & 15].map(|digit| b"0123456789abcdef"[usize::from(digit)]);
+        }
+        f.write_str(str::from_utf8(&text).expect("they are digits"))
     }
 }
 
@@ -137,11 +152,6 @@ impl FromStr for BlobHash {
     type Err = IdError;
 
     fn from_str(text: &str) -> Result<Self, IdError> {
-        let digit = |byte: u8| match byte {
-            b'0'..=b'9' => Some(byte - b'0'),
-            b'a'..=b'f' => Some(byte - b'a' + 10),
-            _ => None,
-        };
         let read = || {
             let mut bytes = [0; 32];
             let (pairs, []) = text.as_bytes().as_chunks::<2>() else {
@@ -150,10 +160,14 @@ impl FromStr for BlobHash {
             if pairs.len() != bytes.len() {
                 return None;
             }
+            // All of them before anything is decided: servers read names at every request.
+            let mut odd = 0;
             for (byte, [high, low]) in bytes.iter_mut().zip(pairs) {
-                *byte = digit(*high)? << 4 | digit(*low)?;
+                let (high, low) = (DIGITS[usize::from(*high)], DIGITS[usize::from(*low)]);
+                odd |= high | low;
+                *byte = high << 4 | low & 15;
             }
-            Some(Self(bytes))
+            (odd < 16).then_some(Self(bytes))
         };
         read().ok_or_else(|| IdError::Hash(text.to_owned()))
     }

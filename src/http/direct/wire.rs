@@ -18,6 +18,7 @@ use tokio::io::{AsyncWrite, ReadBuf};
 
 use crate::http::{
     blob_body::{BlobBody, Pieces},
+    bundle::Bundle,
     date,
     immutable::{BlobResponse, Chosen, Part, content_range},
 };
@@ -133,8 +134,18 @@ impl<'a> Ready<'a> {
     }
 
     /// Many things at once.
-    pub(in crate::http) fn bundle(response: Response<Pieces>, now: Instant) -> Self {
-        Self::of(response.map(Held::Pieces), now)
+    pub(in crate::http) fn bundle(bundle: Bundle, now: Instant) -> Self {
+        let mut added = Cursor::new([0; ADDED_BYTES]);
+        if let Some(length) = bundle.length {
+            write!(added, "content-length: {length}\r\n").expect("there is room");
+        }
+        end_head(&mut added, now);
+        Self {
+            status: bundle.status(),
+            head: Cow::Borrowed(bundle.written()),
+            added,
+            body: Held::Pieces(bundle.pieces),
+        }
     }
 
     /// What was put together for this request.
@@ -168,7 +179,7 @@ impl<'a> Ready<'a> {
         let (length, written) = match &self.body {
             Held::Nothing => write_few(&[head, added], write),
             Held::One(bytes, slice) => write_few(&[head, added, IoSlice::new(&bytes[slice.clone()])], write),
-            Held::Kept(body) => write_few(&gathered([head, added], body.parts()), write),
+            Held::Kept(body) => write_few(&gathered([head, added], parts(body)), write),
             Held::Pieces(pieces) => write_few(&gathered([head, added], pieces.iter()), write),
         };
         let written = written?;
@@ -194,8 +205,12 @@ fn added_bytes(added: &Added) -> &[u8] {
     &added.get_ref()[..added.position() as usize]
 }
 
-fn gathered<'a>(first: [IoSlice<'a>; 2], parts: impl Iterator<Item = &'a Bytes>) -> Vec<IoSlice<'a>> {
-    first.into_iter().chain(parts.map(|part| IoSlice::new(part))).collect()
+fn gathered<'a>(first: [IoSlice<'a>; 2], parts: impl Iterator<Item = &'a [u8]>) -> Vec<IoSlice<'a>> {
+    first.into_iter().chain(parts.map(IoSlice::new)).collect()
+}
+
+fn parts(body: &BlobBody) -> impl Iterator<Item = &[u8]> {
+    body.parts().map(|part| &part[..])
 }
 
 /// What of an answer did not go at once.
@@ -211,7 +226,7 @@ pub(super) struct Rest {
 impl Rest {
     pub(super) async fn write<T: AsyncWrite + Unpin>(&self, io: &mut T) -> io::Result<()> {
         let (head, added) = (IoSlice::new(&self.head), IoSlice::new(added_bytes(&self.added)));
-        write_after(self.written, io, &mut gathered([head, added], self.body.parts())).await
+        write_after(self.written, io, &mut gathered([head, added], parts(&self.body))).await
     }
 }
 
