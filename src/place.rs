@@ -111,13 +111,15 @@ impl Place {
         opened.with_context(|| no_bucket(bucket))
     }
 
-    /// Whether database and bucket are there, where there shall be any; changes nothing in them.
+    /// Whether the catalogue can be read, if there is one, and database and bucket are there, where there shall be any; changes
+    /// nothing in them.
     ///
     /// # Errors
     /// When one does not answer as it should.
     pub async fn reach(&self) -> anyhow::Result<()> {
-        if let Some(url) = &self.database {
-            Catalogue::reach(url).await?;
+        match &self.database {
+            Some(url) => Catalogue::reach(url).await?,
+            None => Catalogue::reach_file(&self.data).await?,
         }
         if let Some(bucket) = &self.bucket {
             let reached = BlobStore::reach_bucket(bucket).await;

@@ -144,7 +144,7 @@ impl Progress for BakeProgress {
                         done: state.pos(),
                         of: state.len().unwrap_or(0),
                     };
-                    _ = write!(to, "{}", left(locked(&forecast).rest_s(now)));
+                    _ = write!(to, "{}", left(&locked(&forecast), now));
                 })
                 .progress_chars("━╸─"),
         );
@@ -206,7 +206,7 @@ impl Current {
     fn line(&self, forecast: &Forecast) -> String {
         let now = self.now();
         let elapsed = HumanDuration(self.bar.elapsed());
-        let left = left(forecast.rest_s(now));
+        let left = left(forecast, now);
         match (100 * now.done).checked_div(now.of) {
             None | Some(0) => format!("{}: for {elapsed}{left}", now.stage),
             Some(share) => format!("{}: {share} %, for {elapsed}{left}", now.stage),
@@ -215,9 +215,14 @@ impl Current {
 }
 
 /// What a person is told of the rest of the bake.
-fn left(rest_s: Option<f64>) -> String {
-    let rest = rest_s.and_then(|rest_s| Duration::try_from_secs_f64(rest_s).ok());
-    rest.map_or_else(String::new, |rest| format!("; done in about {}", HumanDuration(rest)))
+fn left(forecast: &Forecast, now: Now) -> String {
+    let rest = forecast.rest_s(now);
+    let Some(rest) = rest.and_then(|rest_s| Duration::try_from_secs_f64(rest_s).ok()) else {
+        return String::new();
+    };
+    let gone_s = forecast.gone_s(now);
+    let share = (100.0 * gone_s / (gone_s + rest.as_secs_f64())).max(0.0) as u32;
+    format!("; {share} % of all, done in about {}", HumanDuration(rest))
 }
 
 fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -245,9 +250,7 @@ mod tests {
         progress.start(Stage::Visibility, 40);
         progress.advance(10);
         let line = line().unwrap();
-        assert!(
-            line.starts_with("visibility: 25 %, for 0 seconds; done in about "),
-            "{line}"
-        );
+        assert!(line.starts_with("visibility: 25 %, for 0 seconds; "), "{line}");
+        assert!(line.contains(" % of all, done in about "), "{line}");
     }
 }

@@ -8,7 +8,7 @@ use anyhow::Context;
 use super::output::print;
 use crate::{config::Config, live::nodes::NodeName};
 
-/// Looks at folders, address, certificate, database and bucket, and prints every setting.
+/// Looks at folders, address, certificate, catalogue and bucket, and prints every setting.
 ///
 /// # Errors
 /// With the first setting that cannot work.

@@ -118,13 +118,21 @@ async fn serve_and_show(
     screen: Option<Screen>,
     on_listen: impl FnOnce(SocketAddr),
 ) -> anyhow::Result<()> {
-    let catalogue = config.place.open_catalogue().await?;
-    let blobs = config.place.open_store(config.cache_bytes).await?;
+    let opening = async {
+        let catalogue = config.place.open_catalogue().await?;
+        let blobs = config.place.open_store(config.cache_bytes).await?;
+        let followed = Publications::follow(catalogue.clone(), blobs.clone(), config.poll, shutdown.clone());
+        anyhow::Ok((catalogue, blobs, followed.await?))
+    };
+    // Whoever says that it shall end does not wait for what does not answer.
+    let Some(opened) = shutdown.run_until_cancelled(opening).await else {
+        return Ok(());
+    };
+    let (catalogue, blobs, publications) = opened?;
     let tls = config
         .tls
         .map(|files| Tls::follow(files, shutdown.clone()))
         .transpose()?;
-    let publications = Publications::follow(catalogue.clone(), blobs.clone(), config.poll, shutdown.clone()).await?;
     let nothing_yet = publications.current().scenes.is_empty();
     let listener = listen(config.listen).with_context(|| {
         format!(

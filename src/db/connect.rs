@@ -6,7 +6,7 @@
 //! **Evolution.** Migrations expand first and contract a version later, so that nodes of two neighbouring versions share a
 //! catalogue: a program takes a schema that is newer than it knows.
 
-use std::{path::Path, sync::Once, time::Duration};
+use std::{io::ErrorKind, path::Path, sync::Once, time::Duration};
 
 use anyhow::Context;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_encode};
@@ -87,21 +87,47 @@ impl Catalogue {
         folder::make_data(data)?;
         let file = data.join(FILE_NAME);
         folder::make_private_file(&file).with_context(|| format!("cannot make {}", file.display()))?;
-        let options = at(&file)?;
-        let pool = AnyPoolOptions::new().max_connections(4).after_connect(|connection, _| {
-            Box::pin(async move {
-                let settings = format!(
-                    "PRAGMA busy_timeout = {}; PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; \
-                         PRAGMA foreign_keys = ON;",
-                    BUSY.as_millis()
-                );
-                connection.execute(sqlx::AssertSqlSafe(settings)).await?;
-                Ok(())
-            })
-        });
-        let pool = pool.after_release(|connection, _| Box::pin(change::is_free(connection)));
+        let options = at(&file, "rwc")?;
         let place = format!("the catalogue {}", file.display());
+        know_drivers();
+        // A pool would try again and again, and then not say what is wrong.
+        let first = async {
+            let mut first = AnyConnection::connect_with(&options).await?;
+            settle(&mut first).await?;
+            first.close().await
+        };
+        first.await.map_err(|error| of_a_file(error, &place))?;
+        let pool = AnyPoolOptions::new()
+            .max_connections(4)
+            .acquire_timeout(BUSY + PATIENCE)
+            .after_connect(|connection, _| Box::pin(settle(connection)));
+        let pool = pool.after_release(|connection, _| Box::pin(change::is_free(connection)));
         Self::over(pool, options, Dialect::Sqlite, &place).await
+    }
+
+    /// Whether the catalogue of a data folder can be read, where there is one; makes and changes nothing.
+    ///
+    /// # Errors
+    /// When it cannot.
+    pub async fn reach_file(data: &Path) -> anyhow::Result<()> {
+        let file = data.join(FILE_NAME);
+        let place = format!("the catalogue {}", file.display());
+        match std::fs::metadata(&file) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            about => {
+                let about = about.with_context(|| format!("cannot open {place}"))?;
+                anyhow::ensure!(about.is_file(), "cannot open {place}: that is no file");
+            }
+        }
+        know_drivers();
+        // Whoever has it open now keeps it, and nothing is made beside it.
+        let options = at(&file, "ro&immutable=true")?;
+        let reading = async {
+            let mut connection = AnyConnection::connect_with(&options).await?;
+            connection.execute("SELECT count(*) FROM sqlite_master").await?;
+            connection.close().await
+        };
+        reading.await.map_err(|error| of_a_file(error, &place))
     }
 
     /// Connects to the catalogue in a PostgreSQL database, `postgres://user:password@host/name`, and brings the schema up
@@ -150,11 +176,33 @@ impl Catalogue {
     }
 }
 
-/// A file, made when it is not there, as an address: that is all that both databases take.
-fn at(file: &Path) -> anyhow::Result<AnyConnectOptions> {
+/// What every connection to a file has.
+async fn settle(connection: &mut AnyConnection) -> Result<(), sqlx::Error> {
+    let settings = format!(
+        "PRAGMA busy_timeout = {}; PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;",
+        BUSY.as_millis()
+    );
+    connection.execute(sqlx::AssertSqlSafe(settings)).await.map(drop)
+}
+
+/// Why a file cannot be opened, and what to do where it is no catalogue.
+fn of_a_file(error: sqlx::Error, place: &str) -> anyhow::Error {
+    /// `SQLITE_CORRUPT` and `SQLITE_NOTADB`.
+    const DAMAGED: [&str; 2] = ["11", "26"];
+    let way_out = match &error {
+        sqlx::Error::Database(said) if said.code().is_some_and(|code| DAMAGED.contains(&code.as_ref())) => {
+            "; put its copy there, or move it away to begin with an empty one"
+        }
+        _ => "",
+    };
+    told(error).context(format!("cannot open {place}{way_out}"))
+}
+
+/// A file, made when it is not there if the mode says so, as an address: that is all that both databases take.
+fn at(file: &Path, mode: &str) -> anyhow::Result<AnyConnectOptions> {
     const KEPT: &AsciiSet = &NON_ALPHANUMERIC.remove(b'/').remove(b'.').remove(b'-').remove(b'_');
     let path = percent_encode(file.as_os_str().as_encoded_bytes(), KEPT);
-    Ok(format!("sqlite:{path}?mode=rwc").parse()?)
+    Ok(format!("sqlite:{path}?mode={mode}").parse()?)
 }
 
 fn know_drivers() {
@@ -167,7 +215,7 @@ fn know_drivers() {
 #[error("no answer within {PATIENCE:?}")]
 struct Silent;
 
-/// What PostgreSQL says, without the line of its own program where it says so.
+/// What a database says, without the line of its own program where it says so.
 fn told(error: sqlx::Error) -> anyhow::Error {
     let error = anyhow::Error::from(error);
     match error.downcast_ref() {
@@ -282,12 +330,46 @@ mod tests {
     }
 
     #[tokio::test]
+    async fn what_is_no_catalogue_is_told_at_once_and_left_as_it_is() {
+        let data = tempfile::tempdir().unwrap();
+        let file = data.path().join(FILE_NAME);
+        Catalogue::reach_file(data.path()).await.unwrap();
+        std::fs::write(
+            &file,
+            "no database, but a text that is long enough to be looked at as one".repeat(9),
+        )
+        .unwrap();
+        for error in [
+            Catalogue::open(data.path()).await.unwrap_err(),
+            Catalogue::reach_file(data.path()).await.unwrap_err(),
+        ] {
+            let told = format!("{error:#}");
+            assert!(
+                told.contains("file is not a database") && told.contains("move it away"),
+                "{told}"
+            );
+        }
+        let left: Vec<_> = std::fs::read_dir(data.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
+        assert_eq!(left, [FILE_NAME]);
+        std::fs::remove_file(&file).unwrap();
+        std::fs::create_dir(&file).unwrap();
+        assert!(Catalogue::open(data.path()).await.is_err() && Catalogue::reach_file(data.path()).await.is_err());
+        std::fs::remove_dir(&file).unwrap();
+        let open = Catalogue::open(data.path()).await.unwrap();
+        Catalogue::reach_file(data.path()).await.unwrap();
+        drop(open);
+    }
+
+    #[tokio::test]
     async fn every_earlier_schema_is_brought_up_to_date_with_what_it_holds() {
         sqlx::any::install_default_drivers();
         let all: Vec<Migration> = Dialect::Sqlite.migrations().iter().cloned().collect();
         for known in 0..=all.len() {
             let data = tempfile::tempdir().unwrap();
-            let old = AnyPool::connect_with(at(&data.path().join(FILE_NAME)).unwrap())
+            let old = AnyPool::connect_with(at(&data.path().join(FILE_NAME), "rwc").unwrap())
                 .await
                 .unwrap();
             Migrator::with_migrations(all[..known].to_vec())

@@ -8,7 +8,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::{Arc, Mutex, MutexGuard},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use anyhow::Context;
@@ -23,7 +23,13 @@ use tokio::{
     time::{MissedTickBehavior, timeout},
 };
 
-use super::{Live, LiveError, ask, message::Message, together::Together, token::Token};
+use super::{
+    Live, LiveError, ask,
+    message::Message,
+    nodes::{Nodes, Voice},
+    together::Together,
+    token::Token,
+};
 use crate::db::{Catalogue, HousedSession, KeptSession, PATIENCE, SessionChanges, Taking};
 
 /// Between two times that this server is heard of.
@@ -36,8 +42,9 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub(super) struct Ledger {
     catalogue: Catalogue,
-    /// What this run of the server is called.
+    /// What this run of the server is called; behind an `@` as a node, where there are several.
     home: String,
+    nodes: Option<Nodes>,
     unwritten: Mutex<Unwritten>,
     /// Rung when a session was opened or has ended.
     rung: Notify,
@@ -95,11 +102,13 @@ impl Unwritten {
 }
 
 impl Ledger {
-    pub(super) fn new(catalogue: Catalogue) -> Result<Self, LiveError> {
+    pub(super) fn new(catalogue: Catalogue, nodes: Option<Nodes>) -> Result<Self, LiveError> {
+        let node = nodes.as_ref().map(|nodes| format!("@{}", nodes.id()));
         Ok(Self {
             catalogue,
             // As hard to meet twice.
-            home: Token::random()?.reveal(),
+            home: Token::random()?.reveal() + &node.unwrap_or_default(),
+            nodes,
             unwritten: Mutex::default(),
             rung: Notify::new(),
             homes: watch::Sender::default(),
@@ -143,18 +152,30 @@ impl Ledger {
         self.finds.ask(session.0, all).await
     }
 
-    /// Waits until it is known that the home of a session is gone; gives its number. Fails when it is heard of.
+    /// Waits until it is known that the home of a session is gone; gives its number. Fails when it is heard of, in the catalogue
+    /// or by other nodes: one that has lost the catalogue alone keeps its sessions.
     pub(super) async fn outlives(&self, line: &HousedSession) -> Result<i64, LiveError> {
         let (session, home) = (SessionId(line.kept.session), line.home.as_str());
         if home == self.home {
             return Ok(0);
         }
         let mut homes = self.homes.subscribe();
+        let mut gone_since = None;
         let verdict = timeout(PATIENCE, async {
             loop {
-                let life = homes.borrow_and_update().life(home, line.beats);
+                let (life, has_ended) = {
+                    let homes = homes.borrow_and_update();
+                    (homes.life(home, line.beats), homes.has_ended(home))
+                };
                 match life {
-                    Life::Gone(beats) => return Ok(beats),
+                    Life::Gone(beats) => {
+                        let since = *gone_since.get_or_insert_with(Instant::now);
+                        match self.voice(home, since) {
+                            Voice::Speaks if !has_ended => return Err(LiveError::Elsewhere(session)),
+                            Voice::Unsure if !has_ended => {}
+                            _ => return Ok(beats),
+                        }
+                    }
                     Life::Lives => return Err(LiveError::Elsewhere(session)),
                     Life::Unsure => {}
                 }
@@ -165,6 +186,15 @@ impl Ledger {
             .await
             .context("nobody knows whether another server lives")
             .map_err(LiveError::Unkept)?
+    }
+
+    /// Whether a home speaks to this node.
+    fn voice(&self, home: &str, since: Instant) -> Voice {
+        let node = home.split_once('@').and_then(|(_, node)| node.parse().ok());
+        match (&self.nodes, node) {
+            (Some(nodes), Some(node)) => nodes.voice(&node, since),
+            _ => Voice::Silent,
+        }
     }
 
     /// Makes this the home of a session whose last one is gone; says how often it has moved. None when another server was faster.

@@ -153,7 +153,7 @@ impl Live {
         let live = Self(Arc::new(Inner {
             ids: Ids::new(sources.catalogue.clone()),
             signet: Signet::of(&sources.catalogue).await?,
-            ledger: Ledger::new(sources.catalogue.clone())?,
+            ledger: Ledger::new(sources.catalogue.clone(), sources.nodes.clone())?,
             turns: Turns::default(),
             sources,
             settings,

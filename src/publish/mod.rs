@@ -101,6 +101,10 @@ impl BakeInput {
     }
 }
 
+/// Of a text without an extension that does not look like anything else.
+const TAKEN_FOR_RULES: &str =
+    ", which was taken for rules; a floor plan is uploaded with `?format=plan`, or has a name that ends with .plan";
+
 /// Whether a bake failed for what its source is, so that its author can mend it.
 pub(crate) fn is_of_the_source(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
@@ -171,13 +175,12 @@ fn run(
         limits: &request.limits,
         progress,
     };
-    let imported = import::import_sown(
-        &source_files::told_apart(&file_name, &bytes),
-        bytes,
-        &request.sowing,
-        ground,
-    )
-    .with_context(|| format!("cannot import {file_name}"))?;
+    let told_name = source_files::told_apart(&file_name, &bytes).into_owned();
+    let guessed = told_name != file_name && told_name.ends_with(".dcg");
+    let imported = import::import_sown(&told_name, bytes, &request.sowing, ground).with_context(|| {
+        let guess = if guessed { TAKEN_FOR_RULES } else { "" };
+        format!("cannot import {file_name}{guess}")
+    })?;
     let read = files.into_read();
     let title = request
         .title

@@ -122,7 +122,7 @@ mod tests {
         };
         let error = StoreError::Io {
             what: "write a blob".to_owned(),
-            source: Arc::new(source),
+            cause: Arc::new(source),
         };
         anyhow::Error::from(error).context("cannot publish")
     }

@@ -10,7 +10,7 @@ use std::{
 };
 
 use anyhow::Context;
-use belvedere_bake::import::{FileError, SourceFiles};
+use belvedere_bake::import::{FileError, SourceFiles, plan};
 use belvedere_scene::BlobHash;
 
 use crate::worlds;
@@ -174,7 +174,8 @@ pub(crate) fn read_named(path: &Path, (limit, of): (u64, &'static str)) -> anyho
 }
 
 /// The file's name, with an extension where it has none and its content does not begin as what glTF comes in: texts are
-/// told apart by their names, and an upload may have come without one. Floor plans have rows of walls, rules do not.
+/// told apart by their names, and an upload may have come without one. Floor plans have headers or rows of walls, rules have
+/// neither.
 pub(crate) fn told_apart<'a>(file_name: &'a str, bytes: &[u8]) -> Cow<'a, str> {
     let text = str::from_utf8(bytes)
         .unwrap_or_default()
@@ -183,7 +184,7 @@ pub(crate) fn told_apart<'a>(file_name: &'a str, bytes: &[u8]) -> Cow<'a, str> {
     if file_name.contains('.') || text.is_empty() || known {
         return Cow::Borrowed(file_name);
     }
-    let is_plan = text.lines().any(|line| line.trim_start().starts_with("##"));
+    let is_plan = plan::has_headers(text) || text.lines().any(|line| line.trim_start().starts_with("##"));
     Cow::Owned(format!("{file_name}.{}", if is_plan { "plan" } else { "dcg" }))
 }
 
@@ -218,6 +219,9 @@ mod tests {
         let rules = include_bytes!("../../content/town.dcg");
         for (name, bytes, told) in [
             ("town", &plan[..], "town.plan"),
+            // An upload that broke off before the drawing began.
+            ("town", &plan[..700], "town.plan"),
+            ("town", b"// A drawing.\n\nrooms:\n", "town.plan"),
             ("town", rules, "town.dcg"),
             ("town.dcg", plan, "town.dcg"),
             ("town", b"glTF\x02\0\0\0", "town"),

@@ -2,7 +2,7 @@
 //! as with every other program.
 //!
 //! Requests are tried again with growing pauses, for seconds rather than minutes: whoever waits for an answer is told
-//! before its own patience ends. What is sent carries its SHA-256, so that a store refuses what arrives damaged.
+//! before its own patience ends, also by a server that says nothing ([`first_bytes`]). What is sent carries its SHA-256, so that a store refuses what arrives damaged.
 
 use std::{fmt, sync::Arc, time::Duration};
 
@@ -12,7 +12,10 @@ use object_store::{
     prefix::PrefixStore,
 };
 
-use super::StoreError;
+use super::{StoreError, first_bytes};
+
+/// What has failed is tried again if no more time has passed: a server that says nothing is asked twice.
+const RETRY_FOR: Duration = Duration::from_secs(3);
 
 /// A place in a bucket.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -84,12 +87,13 @@ impl Bucket {
             .with_retry(RetryConfig {
                 backoff: BackoffConfig {
                     init_backoff: Duration::from_millis(100),
-                    max_backoff: Duration::from_secs(3),
+                    max_backoff: Duration::from_secs(1),
                     base: 2.0,
                 },
                 max_retries: 5,
-                retry_timeout: Duration::from_secs(20),
-            });
+                retry_timeout: RETRY_FOR,
+            })
+            .with_http_connector(first_bytes::Impatient);
         let mut client = patience();
         let set = |key| builder.get_config_value(&key);
         // Others know it by a variable.
@@ -127,7 +131,7 @@ impl Bucket {
 /// A large upload may take long to come, as long as it comes.
 fn patience() -> ClientOptions {
     ClientOptions::new()
-        .with_connect_timeout(Duration::from_secs(3))
+        .with_connect_timeout(first_bytes::FIRST_BYTE)
         .with_timeout_disabled()
         .with_read_timeout(Duration::from_secs(60))
 }

@@ -1,6 +1,6 @@
 //! Why can a blob not be stored or read? Damage is told apart from a store that does not answer.
 
-use std::{error::Error, io, sync::Arc};
+use std::{borrow::Cow, error::Error, io, sync::Arc};
 
 use belvedere_scene::{BlobHash, BlobName};
 use object_store::client::{HttpError, HttpErrorKind};
@@ -53,12 +53,12 @@ pub enum StoreError {
         bytes: u64,
     },
     /// The folder or bucket does not answer as it should.
-    #[error("the store cannot {what}: {source}")]
+    #[error("the store cannot {what}: {}", without_markup(&cause.to_string()))]
     Io {
         /// What was tried.
         what: String,
-        /// Why it failed.
-        source: Arc<object_store::Error>,
+        /// Why it failed. What it says may hold the document that a server has sent, so it is told as above alone.
+        cause: Arc<object_store::Error>,
     },
     /// A content coder failed.
     #[error("cannot encode blob {name}: {source}")]
@@ -106,8 +106,8 @@ impl StoreError {
     }
 
     fn is_because(&self, is_so: impl Fn(&(dyn Error + 'static)) -> bool) -> bool {
-        let Self::Io { source, .. } = self else { return false };
-        let mut cause: Option<&(dyn Error + 'static)> = Some(source.as_ref());
+        let Self::Io { cause, .. } = self else { return false };
+        let mut cause: Option<&(dyn Error + 'static)> = Some(cause.as_ref());
         while let Some(this) = cause {
             if is_so(this) {
                 return true;
@@ -125,9 +125,49 @@ fn refused_with(cause: &(dyn Error + 'static)) -> Option<u16> {
     status.get(..3)?.parse().ok()
 }
 
-pub(super) fn io(what: String, source: object_store::Error) -> StoreError {
+pub(super) fn io(what: String, cause: object_store::Error) -> StoreError {
     StoreError::Io {
         what,
-        source: Arc::new(source),
+        cause: Arc::new(cause),
+    }
+}
+
+/// Instead of the XML that a store answers with, what that says to people.
+fn without_markup(told: &str) -> Cow<'_, str> {
+    let starts = ["<?xml", "<Error", "<!DOCTYPE", "<html"];
+    let Some(start) = starts.into_iter().filter_map(|mark| told.find(mark)).min() else {
+        return Cow::Borrowed(told);
+    };
+    let (before, document) = told.split_at(start);
+    let message = document
+        .split_once("<Message>")
+        .and_then(|(_, rest)| rest.split_once("</Message>"));
+    match message {
+        Some((message, _)) => Cow::Owned(format!("{before}{message}")),
+        None => Cow::Borrowed(before.trim_end_matches([' ', ':'])),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn documents_of_a_store_are_not_told_but_what_they_say() {
+        let status = "Server returned non-2xx status code: 404 Not Found: ";
+        let xml = "<?xml version=\"1.0\"?>\n<Error><Code>NoSuchBucket</Code><Message>The bucket does not exist</Message></Error>";
+        for (document, told) in [
+            (xml, "404 Not Found: The bucket does not exist"),
+            ("<html><body>gone</body></html>", "404 Not Found"),
+            ("gone", "404 Not Found: gone"),
+        ] {
+            let source = format!("{status}{document}").into();
+            let error = anyhow::Error::from(io(
+                "list its blobs".to_owned(),
+                object_store::Error::Generic { store: "S3", source },
+            ));
+            let sentence = crate::commands::sentence(&error.context("cannot open the store"));
+            assert!(sentence.ends_with(told), "{sentence}");
+        }
     }
 }

@@ -20,6 +20,7 @@ mod bucket;
 mod coding;
 mod errands;
 mod error;
+mod first_bytes;
 mod forms;
 mod open;
 mod sync;
@@ -383,7 +384,8 @@ impl BlobStore {
     async fn read(&self, key: &Key) -> Result<Option<Bytes>, StoreError> {
         let failed = |source| io(format!("read {key}"), source);
         match self.inner.objects.get(key).await {
-            Ok(found) => Ok(Some(found.bytes().await.map_err(failed)?)),
+            Ok(found) if self.inner.folder.is_some() => Ok(Some(found.bytes().await.map_err(failed)?)),
+            Ok(found) => Ok(Some(first_bytes::whole(found).await.map_err(failed)?)),
             Err(object_store::Error::NotFound { .. }) => Ok(None),
             Err(source) => Err(failed(source)),
         }

@@ -19,10 +19,7 @@ impl BlobStore {
     /// When the folder cannot be made or opened.
     pub async fn open_folder(data: &Path, cache_bytes: u64) -> Result<Self, StoreError> {
         let folder = data.join("o");
-        let failed = |source| StoreError::Io {
-            what: format!("open the folder {}", folder.display()),
-            source: Arc::new(source),
-        };
+        let failed = |cause| io(format!("open the folder {}", folder.display()), cause);
         tokio::fs::create_dir_all(&folder)
             .await
             .map_err(generic)
@@ -52,7 +49,7 @@ impl BlobStore {
         match store.probe().await {
             Ok(()) => {}
             // What else is wrong is no reason to write.
-            Err(StoreError::Io { source, .. }) if matches!(*source, object_store::Error::NotFound { .. }) => {
+            Err(StoreError::Io { cause, .. }) if matches!(*cause, object_store::Error::NotFound { .. }) => {
                 store.mark().await?;
             }
             Err(error) => return Err(error),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use object_store::{Attribute, Attributes, ObjectStore, ObjectStoreExt, PutOptions, path::Path as Key};
 
-use super::{Bucket, StoreError, io};
+use super::{Bucket, StoreError, first_bytes, io};
 use crate::media;
 
 /// A tree below a place in a bucket. Cheap to clone.
@@ -33,7 +33,7 @@ impl BucketTree {
     pub async fn read(&self, path: &str) -> Result<Option<Bytes>, StoreError> {
         let failed = |source| io(format!("read {path}"), source);
         match self.objects.get(&Key::from(path)).await {
-            Ok(found) => Ok(Some(found.bytes().await.map_err(failed)?)),
+            Ok(found) => Ok(Some(first_bytes::whole(found).await.map_err(failed)?)),
             Err(object_store::Error::NotFound { .. }) => Ok(None),
             Err(source) => Err(failed(source)),
         }

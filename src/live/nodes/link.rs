@@ -8,7 +8,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::{Arc, atomic::Ordering},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use async_nats::{Message as Post, Subscriber};
@@ -186,6 +186,7 @@ impl Listener {
         self.nodes.0.tally.heard.fetch_add(1, Ordering::Relaxed);
         match serde_json::from_slice::<Said>(&post.payload) {
             Ok(said) => {
+                self.nodes.0.heard_of.note(&said, Instant::now());
                 let (revision, said) = (self.revision, Box::new(said));
                 // A scene whose task has ended hears nothing.
                 _ = self.stage.send(Message::Heard { revision, said }).await;

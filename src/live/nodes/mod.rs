@@ -1,9 +1,10 @@
 //! How do the nodes of a scene reach each other? Over NATS, whose subjects carry what [`belvedere_live::nodes`] has to say.
 //!
 //! * [`Nodes`]: this server's connection, and what has gone through it.
-//! * [`Link`]: what one scene says and hears.
+//! * [`Link`]: what one scene says and hears. `heard`: which nodes speak at all.
 //! * `settings`: where that is. `subject`: which subject is whose.
 
+mod heard;
 mod link;
 mod settings;
 mod subject;
@@ -14,21 +15,27 @@ use std::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use anyhow::Context;
 use async_nats::{Client, ConnectErrorKind, ConnectOptions, Event};
-use belvedere_live::nodes::{Exchange, NodeId};
+use belvedere_live::nodes::{BEAT_MS, Exchange, LEASE_MS, NodeId};
 use belvedere_scene::{Revision, SceneName};
 use tokio::sync::watch;
 
-pub(super) use self::link::Link;
+use self::heard::HeardOf;
 pub use self::settings::{NatsAddress, NodeName, NodeSettings, NotANodeName, NotNats};
+pub(super) use self::{heard::Voice, link::Link};
 use super::Clock;
 
-/// A server that does not answer for so long is away.
-const PING: Duration = Duration::from_secs(2);
+/// The client asks NATS so often whether it is there, and is cut off at the third time without an answer: before anybody else
+/// can be missed, since what is not heard is not gone.
+const PING: Duration = Duration::from_millis(700);
+const _: () = assert!(
+    3 * PING.as_millis() < (LEASE_MS - BEAT_MS) as u128,
+    "others would have left before"
+);
 /// Between two attempts to come back; longer after each one, up to so many times.
 const AGAIN: Duration = Duration::from_millis(250);
 const LONGEST_AGAIN: usize = 8;
@@ -48,6 +55,7 @@ struct Inner {
     connected: watch::Receiver<bool>,
     /// Where it is known, and in which revision.
     present: Mutex<BTreeMap<SceneName, Present>>,
+    heard_of: HeardOf,
     tally: Tally,
 }
 
@@ -114,6 +122,7 @@ impl Nodes {
             client,
             connected,
             present: Mutex::default(),
+            heard_of: HeardOf::default(),
             tally: Tally::default(),
         })))
     }
@@ -121,6 +130,16 @@ impl Nodes {
     /// Whether NATS answers; it may be waited for that this changes.
     pub(super) fn connected(&self) -> watch::Receiver<bool> {
         self.0.connected.clone()
+    }
+
+    /// What this run of the server is called.
+    pub(super) fn id(&self) -> &NodeId {
+        &self.0.node
+    }
+
+    /// Whether a node has spoken since some moment.
+    pub(super) fn voice(&self, node: &NodeId, since: Instant) -> Voice {
+        self.0.heard_of.voice(node, since, Instant::now())
     }
 
     /// This node in a scene.

@@ -127,13 +127,40 @@ fn a_missing_picture_costs_its_texture_and_a_missing_buffer_its_shapes() {
 #[test]
 fn a_picture_of_unknown_type_is_left_out_and_webp_is_taken_when_the_plain_one_is_bad() {
     let mut gltf = rich();
-    let webp = gltf.view(b"RIFF\0\0\0\0WEBPVP8 ");
+    let webp = gltf.view(b"RIFF\x11\0\0\0WEBPVP8L\x05\0\0\0\x2F\0\0\0\0");
     let bad = gltf.view(b"what is this");
     gltf.json["images"] = json!([{"bufferView": bad}, {"bufferView": webp}]);
     gltf.json["textures"][0]["extensions"] = json!({"EXT_texture_webp": {"source": 1}});
     let imported = gltf.import().unwrap();
     assert_eq!(imported.scene.images[0].ext, "webp");
     assert!(kinds(&imported).contains(&"picture of unknown type: left out of its materials"));
+}
+
+#[test]
+fn a_picture_that_is_none_or_claims_too_much_is_left_out_by_name() {
+    let text = b"\x89PNG\r\n\x1A\nthis is no picture at all".to_vec();
+    let wide = b"RIFF\x16\0\0\0WEBPVP8X\x0A\0\0\0\0\0\0\0\x2F\x75\0\x2F\x75\0".to_vec();
+    for (bytes, kind, told) in [
+        (text, "picture that cannot be decoded: left out of its materials", ""),
+        (
+            wide,
+            "picture that claims too many pixels: left out of its materials",
+            "claims 30000 × 30000 pixels, at most 8192 × 8192 are taken: shrink it",
+        ),
+    ] {
+        let mut gltf = rich();
+        let view = gltf.view(&bytes);
+        gltf.json["images"] = json!([{"name": "brick", "bufferView": view}]);
+        gltf.json["materials"][0]["name"] = json!("wall");
+        let imported = gltf.import().unwrap();
+        assert!(imported.scene.images.is_empty() && imported.scene.textures.is_empty());
+        let defect = imported.defects.iter().find(|defect| defect.kind == kind).unwrap();
+        let named = "/images/0 \"brick\" of /materials/0 \"wall\": ";
+        assert!(
+            defect.first.starts_with(named) && defect.first.ends_with(told),
+            "{defect}"
+        );
+    }
 }
 
 #[test]

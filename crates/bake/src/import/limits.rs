@@ -56,6 +56,11 @@ impl Budget {
         Ok(())
     }
 
+    /// What can be claimed in all.
+    pub(super) fn limit_bytes(&self) -> u64 {
+        self.limit_bytes
+    }
+
     /// What can still be claimed.
     pub(super) fn left_bytes(&self) -> u64 {
         self.limit_bytes - self.claimed_bytes

@@ -10,7 +10,8 @@ use serde_json::Value;
 use super::ImportError;
 use super::document::Item;
 use super::error::{Read, flaw};
-use super::reader::Reader;
+use super::reader::{Reader, shorten};
+use crate::pictures::claims;
 use crate::source::{Image, Material, SourceModel, SourceScene, Texture};
 
 /// Extensions that give a texture another picture, in the order in which they are tried after the plain one.
@@ -23,6 +24,8 @@ struct Pictures {
     images: Vec<Image>,
     texture_of: BTreeMap<usize, Option<usize>>,
     image_of: BTreeMap<usize, Option<usize>>,
+    /// Whose textures are being read, as defects name it.
+    material: String,
 }
 
 /// Reads the materials that the models of a scene use and makes their indices point into the scene's list.
@@ -46,6 +49,7 @@ pub(super) fn read_used(reader: &mut Reader, scene: &mut SourceScene) -> Result<
             .budget
             .claim(approximate_bytes(item.value), 1, || item.place.clone())?;
         let mut gltf = item.value.clone();
+        pictures.material = named(&item);
         remap_textures(reader, &mut pictures, &mut gltf, &item.place)?;
         *known = Some(scene.materials.len());
         scene.materials.push(Material {
@@ -158,7 +162,7 @@ fn read_texture(reader: &mut Reader, pictures: &mut Pictures, index: usize) -> R
         let image = match pictures.image_of.get(&source) {
             Some(known) => *known,
             None => {
-                let read = read_image(reader, source);
+                let read = read_image(reader, source, &pictures.material);
                 let image = reader.settle(read)?.map(|image| {
                     pictures.images.push(image);
                     pictures.images.len() - 1
@@ -174,7 +178,7 @@ fn read_texture(reader: &mut Reader, pictures: &mut Pictures, index: usize) -> R
     flaw("texture without a picture: left out of its material", item.place)
 }
 
-fn read_image(reader: &mut Reader, index: usize) -> Read<Image> {
+fn read_image(reader: &mut Reader, index: usize, material: &str) -> Read<Image> {
     let item = reader.root.listed("images", index)?;
     let bytes = match (item.index("bufferView")?, item.text("uri")?) {
         (Some(view), _) => {
@@ -186,23 +190,29 @@ fn read_image(reader: &mut Reader, index: usize) -> Read<Image> {
         (None, Some(uri)) => reader.load(uri, &item.place, "picture missing: left out of its materials")?,
         (None, None) => return flaw("picture without data: left out of its materials", item.place),
     };
-    match picture_type(&bytes) {
-        Some((ext, media_type)) => Ok(Image { ext, media_type, bytes }),
-        None => flaw("picture of unknown type: left out of its materials", item.place),
+    let place = || format!("{} of {material}", named(&item));
+    let Some((ext, media_type)) = claims::kind(&bytes) else {
+        return flaw("picture of unknown type: left out of its materials", place());
+    };
+    match claims::size_px(ext, &bytes, reader.budget.limit_bytes()) {
+        Err(unfit) => return flaw(unfit.kind(), format!("{}: {unfit}", place())),
+        Ok(size) if size.into_iter().any(|px| px > claims::LARGEST_PX) => reader.defects.note(
+            "picture with a side of more than 8192 pixels: published smaller",
+            1,
+            || format!("{}: {} × {} pixels", place(), size[0], size[1]),
+        ),
+        Ok(_) => {}
     }
+    Ok(Image { ext, media_type, bytes })
 }
 
-/// The extension and media type of a picture, by its first bytes.
-fn picture_type(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
-    let brand = |at: usize| bytes.get(at..at + 4);
-    Some(match bytes {
-        _ if bytes.starts_with(b"\x89PNG\r\n\x1A\n") => ("png", "image/png"),
-        _ if bytes.starts_with(b"\xFF\xD8\xFF") => ("jpg", "image/jpeg"),
-        _ if bytes.starts_with(b"RIFF") && brand(8) == Some(b"WEBP") => ("webp", "image/webp"),
-        _ if bytes.starts_with(b"\xABKTX 20\xBB\r\n\x1A\n") => ("ktx2", "image/ktx2"),
-        _ if brand(4) == Some(b"ftyp") && matches!(brand(8), Some(b"avif" | b"avis")) => ("avif", "image/avif"),
-        _ => return None,
-    })
+/// Where something stands, and what it is called there: its name, or of a picture its file.
+fn named(item: &Item) -> String {
+    let file = || item.text("uri").ok().flatten().filter(|uri| !uri.starts_with("data:"));
+    match item.name().or_else(file) {
+        Some(name) => format!("{} {:?}", item.place, shorten(name)),
+        None => item.place.clone(),
+    }
 }
 
 /// About the memory that a JSON value takes.

@@ -200,6 +200,6 @@ fn keep_flaw<T>(read: Read<T>) -> Result<Result<T, Flaw>, ImportError> {
 }
 
 /// Enough of a URI to find it.
-fn shorten(uri: &str) -> &str {
+pub(super) fn shorten(uri: &str) -> &str {
     uri.char_indices().nth(200).map_or(uri, |(end, _)| &uri[..end])
 }

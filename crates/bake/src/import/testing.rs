@@ -125,6 +125,11 @@ impl Gltf {
     }
 }
 
+/// A picture of one pixel.
+pub(super) fn picture() -> Vec<u8> {
+    crate::pictures::png([1, 1], &[127], image::ExtendedColorType::L8)
+}
+
 /// A document with most of what is read: attributes, material, texture, skin, morph, instances, camera, sparse.
 pub(super) fn rich() -> Gltf {
     let mut gltf = Gltf::triangle();
@@ -137,7 +142,7 @@ pub(super) fn rich() -> Gltf {
     let offsets = gltf.floats("VEC3", &[[0.0, 0.0, 1.0]; 3]);
     let scales = gltf.floats("VEC3", &[[2.0; 3], [3.0; 3]]);
     let matrices = gltf.floats("MAT4", &[glam::Mat4::IDENTITY.to_cols_array()]);
-    let png = gltf.view(b"\x89PNG\r\n\x1A\n....");
+    let png = gltf.view(&picture());
     let indices = gltf.view(&[1, 0, 0, 0]);
     let values = gltf.view(&[0; 12]);
     gltf.json["accessors"][normals]["sparse"] = json!({"count": 1,

@@ -89,7 +89,7 @@ fn bound(value: &mut Value) -> u64 {
 mod tests {
     use serde_json::json;
 
-    use crate::import::testing::Gltf;
+    use crate::import::testing::{Gltf, picture};
 
     #[test]
     fn sets_that_materials_ask_for_are_there_and_missing_ones_told() {
@@ -98,7 +98,7 @@ mod tests {
         let moved = json!({"index": 0, "extensions": {"KHR_texture_transform": {"texCoord": 1}}});
         for (texture, sets, missing) in [(texture, 3, 1), (moved, 2, 1), (json!({"index": 0}), 1, 1)] {
             let mut gltf = Gltf::triangle();
-            let picture = gltf.view(b"\x89PNG\r\n\x1a\n a picture that nobody looks at here");
+            let picture = gltf.view(&picture());
             gltf.push("images", json!({"bufferView": picture, "mimeType": "image/png"}));
             gltf.push("textures", json!({"source": 0}));
             gltf.push(
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn a_set_beyond_all_takes_no_memory() {
         let mut gltf = Gltf::triangle();
-        let picture = gltf.view(b"\x89PNG\r\n\x1a\n a picture that nobody looks at here");
+        let picture = gltf.view(&picture());
         gltf.push("images", json!({"bufferView": picture, "mimeType": "image/png"}));
         gltf.push("textures", json!({"source": 0}));
         let texture = json!({"index": 0, "texCoord": 4_000_000_000u32});

@@ -3,31 +3,30 @@
 //! A *ladder* holds the picture as it came and then each time half as wide and half as high (rounded down), while the
 //! longer side has at least [`SMALLEST_PX`] pixels and bytes still fall. Pixels are averages over the area that they
 //! cover: of colours in linear light and weighted by alpha, of normals and other data as they stand. PNG stays PNG and
-//! JPEG stays JPEG; what is neither, or cannot be decoded, or is too large, has one size.
+//! JPEG stays JPEG; what is neither has one size ([`claims`] says what of it is looked at). A picture with a side of more than
+//! [`claims::LARGEST_PX`] pixels begins with the first size that has none.
 //!
 //! From the distance on at which a level is good enough, its error covers at most one pixel of the screen. So a level
 //! takes the smallest size of which a texel is at most as long as its error ([`texels`]): between half and one pixel there.
 
+pub(crate) mod claims;
 #[cfg(test)]
 mod tests;
 pub mod texels;
 
-use std::io::Cursor;
-
 use image::{
-    DynamicImage, ExtendedColorType, GrayImage, ImageEncoder, ImageFormat, ImageReader, Limits, Luma, Rgba32FImage,
+    DynamicImage, ExtendedColorType, GrayImage, ImageEncoder, ImageFormat, Luma, Rgba32FImage, RgbaImage,
     codecs::{
         jpeg::JpegEncoder,
         png::{CompressionType, FilterType, PngEncoder},
     },
 };
 
+use self::claims::{LARGEST_PX, decoded_format};
 use crate::source::Image;
 
 /// No size is made whose longer side has fewer pixels.
 pub const SMALLEST_PX: u32 = 32;
-/// Wider or higher pictures have one size.
-const LARGEST_PX: u32 = 8192;
 /// Of JPEG: what most writers take.
 const QUALITY: u8 = 85;
 
@@ -45,7 +44,7 @@ pub enum Content {
 pub struct Ladder {
     /// How wide and high the first one is; none when nobody could tell.
     pub size_px: Option<[u32; 2]>,
-    /// The encoded pictures, each half as wide and high as the one before; the first is the source's own.
+    /// The encoded pictures, each half as wide and high as the one before; the first is the source's own unless that is too large.
     pub rungs: Vec<Vec<u8>>,
 }
 
@@ -54,19 +53,28 @@ pub struct Ladder {
 /// Costs a pass over the pixels and 16 bytes of memory for each; the same picture gives the same bytes.
 #[must_use]
 pub fn ladder(picture: &Image, content: Content) -> Ladder {
-    let mut ladder = Ladder {
-        size_px: None,
+    let own = |size_px| Ladder {
+        size_px,
         rungs: vec![picture.bytes.clone()],
     };
-    let format = match picture.ext {
-        "png" => ImageFormat::Png,
-        "jpg" => ImageFormat::Jpeg,
-        _ => return ladder,
+    let Some(format) = decoded_format(picture.ext) else {
+        return own(None);
     };
-    let Some(decoded) = decode(&picture.bytes, format) else {
-        return ladder;
+    let Some(decoded) = decode(&picture.bytes, format, content) else {
+        return Ladder {
+            size_px: None,
+            rungs: vec![nothing(format)],
+        };
     };
-    ladder.size_px = Some([decoded.width(), decoded.height()]);
+    let size_px = Some([decoded.pixels.width(), decoded.pixels.height()]);
+    let mut ladder = match decoded.shrunk {
+        false => own(size_px),
+        true => Ladder {
+            size_px,
+            rungs: vec![written(&decoded.pixels, format).unwrap_or_else(|| nothing(format))],
+        },
+    };
+    let decoded = decoded.pixels;
     let has_alpha = decoded.color().has_alpha();
     let mut pixels = decoded.into_rgba32f();
     to_averages(&mut pixels, content);
@@ -86,8 +94,8 @@ pub(crate) fn alpha(picture: &Image) -> Option<GrayImage> {
     if picture.ext != "png" {
         return None;
     }
-    let decoded = decode(&picture.bytes, ImageFormat::Png).filter(|decoded| decoded.color().has_alpha())?;
-    let pixels = decoded.into_rgba8();
+    let decoded = decode(&picture.bytes, ImageFormat::Png, Content::Color)?.pixels;
+    let pixels = decoded.color().has_alpha().then(|| decoded.into_rgba8())?;
     Some(GrayImage::from_fn(pixels.width(), pixels.height(), |x, y| {
         Luma([pixels.get_pixel(x, y).0[3]])
     }))
@@ -96,12 +104,8 @@ pub(crate) fn alpha(picture: &Image) -> Option<GrayImage> {
 /// A picture of colours in linear light, alpha not multiplied in, halved until no side has more pixels than this; `None`
 /// when it cannot be decoded.
 pub(crate) fn small(picture: &Image, most_px: u32) -> Option<Rgba32FImage> {
-    let format = match picture.ext {
-        "png" => ImageFormat::Png,
-        "jpg" => ImageFormat::Jpeg,
-        _ => return None,
-    };
-    let mut pixels = decode(&picture.bytes, format)?.into_rgba32f();
+    let format = decoded_format(picture.ext)?;
+    let mut pixels = decode(&picture.bytes, format, Content::Color)?.pixels.into_rgba32f();
     to_averages(&mut pixels, Content::Color);
     while pixels.width().max(pixels.height()) > most_px {
         pixels = halved(&halved(&pixels, Axis::X), Axis::Y);
@@ -123,13 +127,52 @@ pub(crate) fn png([width_px, height_px]: [u32; 2], pixels: &[u8], kind: Extended
     encoded
 }
 
-fn decode(bytes: &[u8], format: ImageFormat) -> Option<DynamicImage> {
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(LARGEST_PX);
-    limits.max_image_height = Some(LARGEST_PX);
-    reader.limits(limits);
-    reader.decode().ok()
+struct Decoded {
+    pixels: DynamicImage,
+    /// Whether it came with more pixels.
+    shrunk: bool,
+}
+
+fn decode(bytes: &[u8], format: ImageFormat, content: Content) -> Option<Decoded> {
+    let mut decoded = Decoded {
+        pixels: claims::decode(bytes, format, u64::MAX).ok()?,
+        shrunk: false,
+    };
+    while decoded.pixels.width().max(decoded.pixels.height()) > LARGEST_PX {
+        decoded = Decoded {
+            pixels: halved_in_bands(&decoded.pixels, content)?,
+            shrunk: true,
+        };
+    }
+    Some(decoded)
+}
+
+/// Half as many pixels along both sides; as numbers that can be averaged all at once would take too much memory.
+fn halved_in_bands(whole: &DynamicImage, content: Content) -> Option<DynamicImage> {
+    const BAND_PX: u32 = 256;
+    let (width, height) = (whole.width(), whole.height());
+    let bands = (height / BAND_PX).max(1);
+    let mut bytes = Vec::new();
+    for band in 0..bands {
+        let start = band * BAND_PX;
+        let end = if band + 1 == bands { height } else { start + BAND_PX };
+        let mut pixels = whole.crop_imm(0, start, width, end - start).into_rgba32f();
+        to_averages(&mut pixels, content);
+        let half = halved(&halved(&pixels, Axis::X), Axis::Y);
+        bytes.extend(half.pixels().flat_map(|pixel| from_averages(pixel.0, content)));
+    }
+    let half = DynamicImage::ImageRgba8(RgbaImage::from_raw((width / 2).max(1), (height / 2).max(1), bytes)?);
+    Some(if whole.color().has_alpha() {
+        half
+    } else {
+        half.into_rgb8().into()
+    })
+}
+
+/// What stands for a picture that cannot be decoded.
+fn nothing(format: ImageFormat) -> Vec<u8> {
+    let white = image::RgbImage::from_pixel(1, 1, image::Rgb([255; 3]));
+    written(&white.into(), format).expect("one pixel can be written into memory")
 }
 
 /// Makes of pixels what may be averaged.
@@ -215,9 +258,13 @@ fn halved(pixels: &Rgba32FImage, axis: Axis) -> Rgba32FImage {
 
 fn encode(pixels: &Rgba32FImage, content: Content, has_alpha: bool, format: ImageFormat) -> Option<Vec<u8>> {
     let bytes = pixels.pixels().flat_map(|pixel| from_averages(pixel.0, content));
-    let bytes = image::RgbaImage::from_raw(pixels.width(), pixels.height(), bytes.collect())?;
+    let bytes = RgbaImage::from_raw(pixels.width(), pixels.height(), bytes.collect())?;
     let shown = DynamicImage::ImageRgba8(bytes);
     let shown = if has_alpha { shown } else { shown.into_rgb8().into() };
+    written(&shown, format)
+}
+
+fn written(shown: &DynamicImage, format: ImageFormat) -> Option<Vec<u8>> {
     let mut encoded = Vec::new();
     let written = match format {
         ImageFormat::Jpeg => shown.write_with_encoder(JpegEncoder::new_with_quality(&mut encoded, QUALITY)),

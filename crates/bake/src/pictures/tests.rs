@@ -67,17 +67,41 @@ fn what_cannot_be_seen_has_no_colour() {
 }
 
 #[test]
-fn what_cannot_be_decoded_has_one_size() {
+fn what_is_not_decoded_has_one_size_and_what_cannot_be_is_not_published() {
     let mut broken = png(256, 256, noise);
     broken.bytes.truncate(1000);
     let other = Image {
         ext: "ktx2",
         ..broken.clone()
     };
-    for picture in [broken, other] {
-        let ladder = ladder(&picture, Content::Color);
-        assert_eq!((ladder.size_px, ladder.rungs), (None, vec![picture.bytes]));
+    let as_it_came = ladder(&other, Content::Color);
+    assert_eq!((as_it_came.size_px, as_it_came.rungs), (None, vec![other.bytes]));
+    for (ext, format) in [("png", ImageFormat::Png), ("jpg", ImageFormat::Jpeg)] {
+        let ladder = ladder(&Image { ext, ..broken.clone() }, Content::Color);
+        let [rung] = ladder.rungs.as_slice() else {
+            panic!("{} sizes", ladder.rungs.len())
+        };
+        assert_eq!(image::guess_format(rung).unwrap(), format);
+        assert_eq!((ladder.size_px, decoded(rung).dimensions()), (None, (1, 1)));
     }
+}
+
+#[test]
+fn a_picture_with_a_side_that_is_too_long_is_published_half_as_large() {
+    let long = png(2 * LARGEST_PX - 1, 1, |x, _| {
+        [if x < LARGEST_PX { 255 } else { 0 }, 9, 9, 255]
+    });
+    let high = png(1, LARGEST_PX + 300, |_, y| [(y / 2 % 200) as u8, 9, 9, 255]);
+    for (picture, size) in [(&long, [LARGEST_PX - 1, 1]), (&high, [1, LARGEST_PX / 2 + 150])] {
+        let ladder = ladder(picture, Content::Data);
+        assert_eq!(ladder.size_px, Some(size));
+        assert_eq!(<[u32; 2]>::from(decoded(&ladder.rungs[0]).dimensions()), size);
+    }
+    let rows = decoded(&ladder(&high, Content::Data).rungs[0]);
+    assert!(
+        rows.enumerate_pixels()
+            .all(|(_, y, pixel)| u32::from(pixel.0[0]) == y % 200)
+    );
 }
 
 fn material(gltf: serde_json::Value) -> Material {

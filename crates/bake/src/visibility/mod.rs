@@ -103,7 +103,7 @@ impl SampledSettings {
     #[must_use]
     pub fn for_cells(cells: usize) -> Self {
         Self {
-            rays_per_cell: share_of(cells),
+            rays_per_cell: rays_of_a_look(cells),
             ..Self::default()
         }
     }
@@ -111,7 +111,8 @@ impl SampledSettings {
 
 /// How many rays, and how many tests of walls, each of so many cells may take: a power of two, so that a cell more changes
 /// nothing.
-fn share_of(cells: usize) -> u32 {
+#[must_use]
+pub fn rays_of_a_look(cells: usize) -> u32 {
     const ALL: usize = 64 << 20;
     let each = (ALL / cells.max(1)).clamp(1 << 14, 1 << 20);
     1 << each.ilog2()
@@ -240,8 +241,8 @@ fn looker<'a>(views: &'a Views<'_>, settings: &VisibilitySettings, memory: &'a d
         atlas: &views.atlas,
         sights: &views.sights,
         proofs: ConservativeSettings {
-            steps: STEPS * share_of(count),
-            cuts: share_of(count) / RAYS_PER_CUT,
+            steps: STEPS * rays_of_a_look(count),
+            cuts: rays_of_a_look(count) / RAYS_PER_CUT,
             ..settings.method.proofs()
         },
         sampled: settings.sampled.unwrap_or_else(|| SampledSettings::for_cells(count)),

@@ -59,6 +59,12 @@ impl Homes {
         }
     }
 
+    /// Whether a home has said that it ends.
+    #[must_use]
+    pub fn has_ended(&self, home: &str) -> bool {
+        self.0.get(home).is_some_and(|seen| seen.ended)
+    }
+
     /// Homes that are gone for so long that nobody comes back to them, with their numbers.
     pub fn forsaken(&self) -> impl Iterator<Item = (&str, i64)> {
         let long = self.0.iter().filter(|(_, seen)| seen.silent >= FORSAKEN_LOOKS);
@@ -94,6 +100,7 @@ mod tests {
         assert_eq!(homes.life("a", 4), Life::Lives);
         homes.look([("a".to_owned(), 5, true)]);
         assert_eq!(homes.life("a", 4), Life::Gone(5), "it has said so");
+        assert!(homes.has_ended("a") && !homes.has_ended("b"));
     }
 
     #[test]

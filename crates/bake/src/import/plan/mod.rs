@@ -26,7 +26,7 @@ mod tests;
 
 pub use error::{PlanError, Problem};
 pub use finish::Rgb;
-pub use parse::parse;
+pub use parse::{has_headers, parse};
 
 use crate::source::{Role, SourceModel, SourceObject, SourceScene, SourceViewpoint};
 use finish::Palette;

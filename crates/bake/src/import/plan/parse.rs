@@ -78,16 +78,24 @@ impl Headers {
 pub fn parse(text: &str) -> Result<Plan, PlanError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines: Vec<&str> = text.lines().collect();
-    let first = lines
-        .iter()
-        .position(|line| !line.trim().is_empty() && !line.trim_start().starts_with("//"));
-    let has_headers = first.is_some_and(|at| header_key(lines[at]).is_some());
-    let (headers, drawing_at) = if has_headers {
+    let first = lines.iter().position(|line| says_something(line));
+    let (headers, drawing_at) = if has_headers(text) {
         read_headers(&lines)?
     } else {
         (Headers::bare(), first.unwrap_or(0))
     };
     read_drawing(headers, &lines, drawing_at)
+}
+
+/// Whether a text begins with headers of a floor plan, whatever follows.
+#[must_use]
+pub fn has_headers(text: &str) -> bool {
+    let first = text.lines().find(|line| says_something(line));
+    first.is_some_and(|line| header_key(line).is_some())
+}
+
+fn says_something(line: &str) -> bool {
+    !line.trim().is_empty() && !line.trim_start().starts_with("//")
 }
 
 const KEYS: [&str; 7] = ["title", "tile", "wall height", "door height", "rooms", "legend", "plan"];
