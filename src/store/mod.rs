@@ -22,6 +22,7 @@ mod errands;
 mod error;
 mod first_bytes;
 mod forms;
+mod loading;
 mod open;
 mod sync;
 mod tree;
@@ -281,75 +282,8 @@ impl BlobStore {
         }
     }
 
-    /// Loads a blob; what comes damaged from a bucket was perhaps changed on its way, and is read once more.
-    async fn load(&self, name: &BlobName) -> Result<Arc<Representations>, Option<StoreError>> {
-        if self.inner.folder.is_none() {
-            match self.load_once(name, false).await {
-                Err(Some(StoreError::Corrupt { .. } | StoreError::CorruptVariant { .. })) => {
-                    tracing::warn!(%name, "a blob came damaged from the bucket; it is read again");
-                }
-                loaded => return loaded,
-            }
-        }
-        self.load_once(name, true).await
-    }
-
-    /// Loads a blob, with the variants that are whole if it may do `without` others.
-    async fn load_once(&self, name: &BlobName, without: bool) -> Result<Arc<Representations>, Option<StoreError>> {
-        let identity = self.read(&identity_key(name)).await.map_err(Some)?.ok_or(None)?;
-        let input = identity.clone();
-        let found = tokio::task::spawn_blocking(move || BlobHash::of(&input))
-            .await
-            .expect("hashing does not panic and is not aborted");
-        if found != name.hash() {
-            return Err(Some(StoreError::Corrupt {
-                name: name.clone(),
-                bytes: identity.len(),
-                found,
-            }));
-        }
-        let variant = async |coding| match self.variant(name, coding, &identity).await {
-            Err(error @ StoreError::CorruptVariant { .. }) if without => {
-                if self.damaged().insert(variant_key(name, coding)) {
-                    self.inner.damaged_variants.fetch_add(1, Ordering::Relaxed);
-                    tracing::error!(%error, "it is served in its other forms");
-                }
-                Ok(None)
-            }
-            read => read.map_err(Some),
-        };
-        let (zstd, gzip) = tokio::try_join!(variant(Coding::Zstd), variant(Coding::Gzip))?;
-        Ok(Arc::new(Representations {
-            identity: Representation::new(identity, format!("\"{}\"", name.hash()).into()),
-            zstd,
-            gzip,
-        }))
-    }
-
     fn damaged(&self) -> MutexGuard<'_, BTreeSet<Key>> {
         self.inner.damaged.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    async fn variant(
-        &self,
-        name: &BlobName,
-        coding: Coding,
-        identity: &Bytes,
-    ) -> Result<Option<Representation>, StoreError> {
-        if !coding::worth_trying(name.ext()) {
-            return Ok(None);
-        }
-        let Some(bytes) = self.read(&variant_key(name, coding)).await? else {
-            return Ok(None);
-        };
-        if !decodes_to(coding, &bytes, identity).await {
-            return Err(StoreError::CorruptVariant {
-                name: name.clone(),
-                coding,
-            });
-        }
-        let etag = format!("\"{}-{}\"", name.hash(), coding.token());
-        Ok(Some(Representation::new(bytes, etag.into())))
     }
 
     async fn stored_len(&self, name: &BlobName) -> Result<Option<u64>, StoreError> {
