@@ -1,7 +1,7 @@
 //! What does a closed door hide?
 //!
 //! Sets are computed with all doors open. An entry depends on a door when, with that door alone closed, the object can
-//! be proved hidden from the whole cell ([`Screening`], as on line). Then every sight line to it passes the door, so one
+//! be proved hidden from the whole cell ([`Screening`], as on line), or from each of a few parts of it. Then every sight line to it passes the door, so one
 //! known sight line that does not answers the question without a proof. Two doors neither of which hides an object alone,
 //! but which do together, are not noted: whoever asks with both closed may get an object too many, never one too few.
 
@@ -10,6 +10,8 @@ use crate::occluders::Region;
 
 /// A proof that one door hides one object takes at most so many tests of a wall.
 const STEPS: u32 = 1500;
+/// How often the cell is halved where a proof for all of it fails.
+const HALVINGS: u32 = 3;
 
 /// Finds the doors that hide objects from one cell.
 pub(super) struct Marker<'a> {
@@ -48,12 +50,22 @@ impl<'a> Marker<'a> {
         let hides = |door: &&u32| {
             **door != number && blocker.door_is_on(**door, from, to) && {
                 screening.close(vec![**door], STEPS);
-                screening.hides(eye, target).is_some()
+                hides(screening, eye, target, HALVINGS)
             }
         };
         let doors = self.doors.iter().filter(hides);
         doors.map(|door| self.surroundings.objects[*door as usize]).collect()
     }
+}
+
+/// Whether closed doors hide the target from the region, or from so many halves of halves of it.
+fn hides(screening: &mut Screening<'_>, eye: &Region, target: &Region, halvings: u32) -> bool {
+    screening.hides(eye, target).is_some()
+        || halvings > 0
+            && eye
+                .halves()
+                .iter()
+                .all(|half| hides(screening, half, target, halvings - 1))
 }
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ use crate::{
 };
 
 /// Changes whenever the same surroundings would give another answer.
-const VERSION: usize = 20;
+const VERSION: usize = 21;
 
 /// Rays at an object before anybody tries to prove it hidden.
 const FIRST_LOOK: u32 = 48;
