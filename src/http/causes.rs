@@ -40,7 +40,7 @@ impl From<LiveError> for ApiError {
             LiveError::WrongToken(whose) => Self::WrongToken(whose),
             LiveError::Refused(refusal) => refusal.into(),
             LiveError::Trajectory(ref error) => Self::bad_body(error.pointer(), error),
-            LiveError::Flooded { retry_ms } => Self::Flooded {
+            LiveError::Flooded { retry_ms } | LiveError::Rattled { retry_ms } => Self::Flooded {
                 detail: error.to_string(),
                 // Whole seconds are all that the header can say.
                 retry_s: retry_ms.unsigned_abs().div_ceil(1000).max(1),

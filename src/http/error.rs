@@ -253,7 +253,7 @@ impl ApiError {
                 S::UNAUTHORIZED,
                 "no-token",
                 "A token is needed",
-                "send the token that came with the session or mover as `Authorization: Bearer`, or as `?token=`"
+                "send the token that came with the session or mover as `Authorization: Bearer`, or as `?token=`; a session's may come in the cookie `belvedere_token` from pages of this origin"
                     .to_owned(),
             ),
             Self::BadToken { .. } => (

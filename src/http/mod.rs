@@ -12,7 +12,7 @@
 //! * `live`: sessions with their event streams, movers and doors.
 //! * `uploads`, `rollback`: how what is published changes. `owner`: by whom. `pace`, `peer`: how often, and from where.
 //! * [`front`]: the short way of objects that are in memory. `around`: what happens around every request. `metrics`, `cors`, `health`: operations.
-//! * `visitor`: for whom what is there. `links`: who comes through a link into a private scene.
+//! * `cookie`: tokens of sessions that browsers keep. `visitor`: for whom what is there. `links`: who comes through a link into a private scene.
 //! * `viewer`: its page and scripts. `policy`: what these may load, and from where.
 //! * `momentary`: answers that no cache keeps. `date`: when they were given.
 //! * [`accept`]: the accept loop with its limits, one of them for each of the `addresses`, and its `ending`. [`tls`]: certificates. `direct`: simple requests without TLS,
@@ -26,6 +26,7 @@ mod body;
 mod bundle;
 mod causes;
 mod conditional;
+mod cookie;
 mod cork;
 mod cors;
 mod date;

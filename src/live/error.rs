@@ -31,6 +31,12 @@ pub enum LiveError {
         /// When the next one is welcome.
         retry_ms: Ms,
     },
+    /// Doors are moved too often.
+    #[error("this token moves doors too often; this one stays as it is")]
+    Rattled {
+        /// When it may be moved.
+        retry_ms: Ms,
+    },
     /// No room.
     #[error("there are {most} {what} already, as many as this server takes")]
     Full {

@@ -15,7 +15,7 @@ use belvedere_live::{
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::{mpsc, oneshot};
 
-use super::{LiveError, outbox::Outbox, registry::Door, screens::Screen};
+use super::{LiveError, outbox::Outbox, registry::Door, screens::Screen, token::Token};
 
 /// So many messages may wait for a scene.
 const MESSAGES: usize = 1024;
@@ -77,6 +77,8 @@ pub(super) enum Message {
     Door {
         revision: Revision,
         door: Door,
+        /// Whoever moves it.
+        who: Token,
         /// When it is kept.
         reply: Reply<Result<(), LiveError>>,
     },
@@ -112,7 +114,7 @@ pub(super) struct StageHandle {
 struct Shared {
     scene: SceneName,
     counts: Mutex<Counts>,
-    /// A reader of one of the sessions has come or missed something since the task looked last.
+    /// A reader of one of the sessions has come, gone or missed something since the task looked last.
     readers_changed: Arc<AtomicBool>,
 }
 
@@ -143,7 +145,7 @@ impl StageHandle {
         Outbox::new(self.shared.readers_changed.clone(), taken)
     }
 
-    /// Whether a reader may have come or missed something since the last call.
+    /// Whether a reader may have come, gone or missed something since the last call.
     pub(super) fn take_readers_changed(&self) -> bool {
         self.shared.readers_changed.swap(false, Ordering::AcqRel)
     }

@@ -15,9 +15,10 @@
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
 //! * `keeping`: movers and doors that outlive the server. `ledger`: sessions that do; `together`: how many at once ask for them.
 //! * [`nodes`]: the way to other servers that have sessions in the same scenes.
-//! * `registry`, `token`: who is where, and who may do what.
+//! * `registry`, `token`: who is where, and who may do what. `door_pace`: how often they may move doors.
 
 mod clock;
+mod door_pace;
 mod entering;
 mod error;
 mod ids;
@@ -372,7 +373,7 @@ impl Live {
     /// Opens or closes a door of a revision, for whoever has a token of the scene.
     ///
     /// # Errors
-    /// When the token is none of the scene's, or how the door stands cannot be kept.
+    /// When the token is none of the scene's or moves doors too often, or how the door stands cannot be kept.
     pub async fn set_door(
         &self,
         scene: &SceneName,
@@ -381,8 +382,14 @@ impl Live {
         token: Option<Token>,
     ) -> Result<(), LiveError> {
         let stage = self.stage(scene);
-        self.0.registry.anybody(&stage, token)?;
-        ask(&stage, |reply| Message::Door { revision, door, reply }).await?
+        let who = self.0.registry.anybody(&stage, token)?;
+        let message = |reply| Message::Door {
+            revision,
+            door,
+            who,
+            reply,
+        };
+        ask(&stage, message).await?
     }
 }
 

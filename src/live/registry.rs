@@ -231,13 +231,13 @@ impl Registry {
         session.ok_or_else(|| LiveError::WrongToken("a session in this scene".to_owned()))
     }
 
-    /// Whether anybody in a scene has this token.
-    pub(super) fn anybody(&self, stage: &StageHandle, token: Option<Token>) -> Result<(), LiveError> {
+    /// This token, if anybody in a scene has it.
+    pub(super) fn anybody(&self, stage: &StageHandle, token: Option<Token>) -> Result<Token, LiveError> {
         let token = token.ok_or(LiveError::NoToken)?;
         let tables = self.tables();
         let driven = |mover: &MoverEntry| mover.token == token && mover.stage.is(stage);
         if tables.movers.values().any(driven) || tables.session_of(stage, token).is_some() {
-            Ok(())
+            Ok(token)
         } else {
             Err(LiveError::WrongToken("a session or a mover in this scene".to_owned()))
         }

@@ -161,6 +161,28 @@ async fn a_recording_survives_a_kill_and_an_audit_finds_what_was_tampered_with()
     );
     assert_eq!(report["scenes"][1]["leaks"]["first"][0]["object"], *hidden);
 
+    tampered(&data, "others.rec", |input, output| {
+        if input.ends_with("\"tick\"]") {
+            let told = output["told"].as_array_mut().expect("a list");
+            told.push(json!(["s0", "wake", {"object": hidden}]));
+            told.push(json!(["s0", "rate", {"objects": [{"object": hidden, "period_ms": 100}]}]));
+            told.push(json!(["s77", "wake", {"object": hidden}]));
+        }
+    });
+    let (clean, report) = audit(&data, "others.rec");
+    let rooms = &report["scenes"][1];
+    assert!(
+        !clean && sum(&report, "astray") > 0 && sum(&report, "misses") == 0,
+        "{report:#}"
+    );
+    let leaks = [0, 1].map(|i| rooms["leaks"]["first"][i].clone());
+    assert_eq!(leaks.each_ref().map(|leak| &leak["event"]), ["wake", "rate"]);
+    assert!(leaks.iter().all(|leak| leak["object"] == *hidden), "{leaks:?}");
+    let astray = rooms["astray"]["first"].as_array().expect("a list").iter();
+    assert!(astray.clone().any(|astray| astray["session"] == "s77"), "{report:#}");
+    let message = data.fails(&["audit", "others.rec"]);
+    assert!(message.contains("tellings astray"), "{message}");
+
     tampered(&data, "miss.rec", |_, output| {
         let told = output["told"].as_array_mut().expect("a list");
         told.retain(|told| told[0] != "s0" || !told[1].as_str().is_some_and(|event| event.starts_with("object-")));
@@ -198,6 +220,67 @@ async fn who_is_silent_is_missed_where_it_was_heard_of_last() {
     });
     let (_, miss) = audit(&data, "miss.rec");
     assert!(sum(&miss, "misses") > 0, "{miss:#}");
+}
+
+/// A hall of so many metres.
+fn hall([width, depth]: [usize; 2]) -> String {
+    let wall = "#".repeat(width + 2);
+    let row = format!("#{}#\n", ".".repeat(width));
+    format!("{wall}\n{}{wall}\n", row.repeat(depth))
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn whom_a_crowd_hides_is_no_miss_where_the_server_leaves_such_people_out() {
+    const ROWS: usize = 8;
+    const IN_A_ROW: usize = 14;
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", hall([18, 20])), "rooms");
+    let server = data.serve_with(&["--record", "live.rec", "--cull-below-percent", "10"]);
+    let eye = enter(&server, "rooms", [9.5, 18.5]).await;
+    let _hears = eye.listen().await;
+    let place = |i: usize| json!([2.5 + (i % IN_A_ROW) as f64, 1.5, 14.0 - 1.5 * (i / IN_A_ROW) as f64]);
+    let mut movers = Vec::new();
+    for i in 0..ROWS * IN_A_ROW {
+        let body = json!({"position": place(i), "radius_m": 0.5, "max_speed_mps": 1});
+        let answer = ask(address(&server), ("POST", "/v1/scenes/rooms/movers"), None, &body).await;
+        assert_eq!(answer.status, 201);
+        movers.push(answer.json());
+    }
+    for _ in 0..40 {
+        for i in [0, ROWS * IN_A_ROW - 1] {
+            let body = json!({"position": place(i)});
+            let (path, token) = (
+                format!("/v1/movers/{}/pose", movers[i]["object"].as_str().expect("an id")),
+                &movers[i]["token"],
+            );
+            assert_eq!(
+                ask(address(&server), ("PUT", &path), token.as_str(), &body)
+                    .await
+                    .status,
+                200
+            );
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+    }
+    server.kill();
+
+    let (clean, report) = audit(&data, "live.rec");
+    assert!(clean && sum(&report, "told") > 0, "{report:#}");
+    assert!(sum(&report, "culled") > 0, "nobody was left out: {report:#}");
+    // Who stands in front is not hidden by anybody.
+    let front = movers[IN_A_ROW / 2]["object"].clone();
+    tampered(&data, "miss.rec", |_, output| {
+        let all = output["told"].as_array_mut().expect("a list");
+        all.retain(|told| told[2]["object"] != front);
+        for told in all {
+            if let Some(objects) = told[2]["objects"].as_array_mut() {
+                objects.retain(|told| told["object"] != front);
+            }
+        }
+    });
+    let (_, miss) = audit(&data, "miss.rec");
+    assert!(sum(&miss, "misses") > 0, "{miss:#}");
+    assert_eq!(miss["scenes"][0]["misses"]["first"][0]["object"], front);
 }
 
 #[test]

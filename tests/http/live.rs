@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::{
     live_wire::{Person, ask, json},
     scene::{Server, publish},
-    wire::{get, metric},
+    wire::{get, metric, parse, raw},
 };
 
 #[tokio::test]
@@ -369,6 +369,83 @@ async fn doors_are_opened_by_whoever_is_there_and_seen_by_whoever_may() {
         far_hears.wait("door").await.data,
         json!({"object": "o6", "open": false})
     );
+}
+
+#[tokio::test]
+async fn who_rattles_at_a_door_is_held_up() {
+    let server = Server::start().await;
+    let [one, other] = [0.5, 1.5].map(|x| Person::enter(server.address, x));
+    let (one, other) = (one.await, other.await);
+    let door = "/v1/scenes/row/doors/o6";
+    let set = |person: &Person, open: bool| {
+        let token = person.token.clone();
+        async move { json(server.address, ("PUT", door), Some(&token), &json!({"open": open})).await }
+    };
+    for i in 0..100 {
+        let answer = set(&one, i % 2 == 0).await;
+        if answer.status == 200 {
+            continue;
+        }
+        assert_eq!((answer.status, answer.header("retry-after")), (429, Some("1")));
+        assert_eq!(
+            get(server.address, door).await.json()["open"],
+            i % 2 == 1,
+            "nothing has changed"
+        );
+        assert_eq!(set(&other, true).await.status, 200, "nobody else is held up");
+        return;
+    }
+    panic!("one may set a door as often as one likes");
+}
+
+#[tokio::test]
+async fn a_session_may_keep_its_token_in_a_cookie_of_pages_of_this_origin() {
+    let server = Server::start().await;
+    let person = Person::enter(server.address, 0.5).await;
+    let body = r#"{"position": [0.5, 0.5, 0.5]}"#;
+    let put = |path: String, fields: &str| {
+        let (token, fields) = (person.token.clone(), fields.to_owned());
+        async move {
+            let request = format!(
+                "PUT {path} HTTP/1.1\r\nHost: test\r\nConnection: close\r\nCookie: belvedere_token={token}\r\n{fields}Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+                body.len()
+            );
+            parse(&raw(server.address, request.as_bytes()).await)
+        }
+    };
+    for (fields, status) in [
+        ("", 200),
+        ("Origin: http://test\r\n", 200),
+        ("Sec-Fetch-Site: same-origin\r\n", 200),
+        ("Origin: http://evil.example\r\n", 401),
+        ("Sec-Fetch-Site: cross-site\r\n", 401),
+    ] {
+        let answer = put(person.path("/pose"), fields).await;
+        assert_eq!(answer.status, status, "{fields}");
+        assert_eq!(answer.header("access-control-allow-origin"), Some("*"));
+        assert_eq!(answer.header("access-control-allow-credentials"), None);
+    }
+    let other = Person::enter(server.address, 1.5).await;
+    assert_eq!(
+        put(other.path("/pose"), "").await.status,
+        403,
+        "it is that of one session"
+    );
+    let mover = put(format!("/v1/movers/{}/pose", person.object), "").await.status;
+    assert!([401, 404].contains(&mover), "nothing else takes it: {mover}");
+    let request = |token: &str| {
+        format!(
+            "HEAD {} HTTP/1.1\r\nHost: test\r\nConnection: close\r\nCookie: belvedere_token={token}\r\n\r\n",
+            person.path("/events")
+        )
+    };
+    let head = parse(&raw(server.address, request(&person.token).as_bytes()).await);
+    assert_eq!(
+        (head.status, head.header("content-type")),
+        (200, Some("text/event-stream"))
+    );
+    let wrong = parse(&raw(server.address, request(&"0".repeat(32)).as_bytes()).await);
+    assert_eq!(wrong.status, 403);
 }
 
 #[tokio::test]

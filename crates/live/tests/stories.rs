@@ -532,3 +532,46 @@ fn who_has_long_been_at_rest_is_told_of_as_soon_as_it_moves_or_whoever_looks_doe
     stage.tick();
     assert!(stage.count(a, "rate") > rates, "b is far away now");
 }
+
+#[test]
+fn who_is_cut_off_counts_by_its_last_pose_at_once_and_hears_that_its_promise_has_ended() {
+    let rules = Rules::default();
+    let mut stage = Stage::rooms(60);
+    let a = stage.enter(0.5);
+    let b = stage.enter(30.5);
+    let long = stage.stand(b).expect("nobody can see b");
+    assert!(long.until_ms > stage.now_ms + rules.longest_unheard_tbv_ms);
+    stage.silence(3_000);
+    stage.reach(b, false);
+    assert_eq!(stage.count(b, "wake"), 1, "it is there when b comes back");
+    let short = stage.stand(b).expect("nobody can see b");
+    assert!(
+        short.until_ms <= stage.now_ms + rules.longest_unheard_tbv_ms,
+        "{short:?}"
+    );
+    stage.silence(5_000);
+    assert_eq!(
+        stage.count(b, "hush"),
+        0,
+        "nothing is promised that b might hear of too late"
+    );
+    stage.jump(a, 30.6);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+    stage.jump(a, 0.5);
+    stage.tick();
+    stage.reach(b, true);
+    stage.silence(3_000);
+    let again = stage.stand(b).expect("nobody can see b");
+    assert!(
+        again.until_ms > stage.now_ms + rules.longest_unheard_tbv_ms,
+        "{again:?}"
+    );
+    // Whoever was asked when it was cut off is waited for no longer.
+    stage.silence(3_000);
+    stage.jump(a, 30.6);
+    assert_eq!(stage.seen_by(a), []);
+    stage.reach(b, false);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+}

@@ -15,11 +15,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
+    block::Block,
     blockade::Blockade,
     check::Cell,
     eyes::{in_polygon, on_border},
     random::Random,
-    shut::Block,
 };
 
 /// Lines that got furthest are kept …

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use belvedere_scene::ObjectId;
 use glam::DVec3;
 
-use crate::{scene::Scene, shut::Block};
+use crate::{block::Block, scene::Scene};
 
 /// So many faces in a leaf.
 const LEAF: usize = 4;

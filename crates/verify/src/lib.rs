@@ -14,7 +14,8 @@
 //!   1984): which object shows at each pixel.
 //! * [`sight`]: single sight lines in `f64`, which confirm or reject what the item buffer claims.
 //! * [`blockade`]: straight ways between any two points, many of them, doors open or closed.
-//! * [`between`]: whether any sight line leads from one cell into another; `shut`: a proof that none does.
+//! * [`between`]: whether any sight line leads from one cell into another; `shut`: a proof that none does; `flat`: what is covered
+//!   in a plane; `block`: a box.
 //! * [`check`]: all cells, all eyes, and what came out.
 //! * [`mod@line`]: one sight line from a cell to an object.
 //! * [`verdict`]: whether that is good enough.
@@ -23,10 +24,12 @@
 //! `docs/VERIFY.md` states the semantics that the sets are held to.
 
 pub mod between;
+mod block;
 pub mod blockade;
 pub mod check;
 pub mod cube;
 pub mod eyes;
+mod flat;
 pub mod glb;
 pub mod line;
 pub mod picture;

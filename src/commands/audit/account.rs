@@ -13,7 +13,8 @@ use belvedere_live::{
     world::{NewMover, Rules, SLACK, Sent},
 };
 use belvedere_scene::{Bounds, CellId, ObjectId, Revision};
-use serde_json::Value;
+
+use super::{crowd::Press, telling::Telling};
 
 /// A velocity that nobody stated is taken for true for so long, with a few ticks for what comes late.
 const ESTIMATE_LASTS_MS: Ms = 1_500;
@@ -32,7 +33,11 @@ pub(super) struct Account {
     pub(super) movers: BTreeMap<ObjectId, Mover>,
     pub(super) closed: BTreeMap<ObjectId, ClosedDoor>,
     /// Told of since the last tick but one.
-    pub(super) told: Vec<(SessionId, ObjectId)>,
+    pub(super) told: Vec<Telling>,
+    /// Sessions that there were.
+    pub(super) ended: BTreeSet<SessionId>,
+    /// Where so many stand that some need not be told of.
+    pub(super) press: Option<Press>,
 }
 
 #[derive(Debug)]
@@ -50,6 +55,8 @@ pub(super) struct Person {
 #[derive(Debug)]
 pub(super) struct Mover {
     pub(super) owner: Option<SessionId>,
+    /// Another node says where it is.
+    abroad: bool,
     position: [f64; 3],
     /// When the position came in.
     said_ms: Ms,
@@ -86,6 +93,7 @@ impl Mover {
     fn new(owner: Option<SessionId>, new: &NewMover, now_ms: Ms) -> Self {
         let mut mover = Self {
             owner,
+            abroad: false,
             position: new.pose.position,
             said_ms: now_ms,
             goes_on: GoesOn::Somewhere,
@@ -132,6 +140,11 @@ impl Mover {
         let unheard_ms = if self.way.is_some() { 0 } else { now_ms - self.said_ms };
         let time_ms = unheard_ms.clamp(0, LONGEST_EXTRAPOLATION_MS) + 2 * tick_ms;
         SLACK * self.max_speed_mps * time_ms as f64 * 1e-3
+    }
+
+    /// How far it comes in a while.
+    pub(super) fn reach_in_m(&self, time_ms: Ms) -> f64 {
+        self.max_speed_mps * time_ms as f64 * 1e-3
     }
 
     /// All that it may touch, were there no walls.
@@ -190,6 +203,8 @@ impl Account {
             movers: BTreeMap::new(),
             closed: BTreeMap::new(),
             told: Vec::new(),
+            ended: BTreeSet::new(),
+            press: Press::of(&rules, ground),
         }
     }
 
@@ -236,6 +251,7 @@ impl Account {
             Input::Close { session } => {
                 if let Some(person) = self.people.remove(session) {
                     self.movers.remove(&person.avatar);
+                    self.ended.insert(*session);
                 }
                 for mover in self.movers.values_mut().filter(|mover| mover.owner == Some(*session)) {
                     mover.owner = None;
@@ -246,11 +262,18 @@ impl Account {
             }
             Input::Import { object, new } => match self.movers.get_mut(object) {
                 Some(mover) => mover.say(&new.pose, now_ms),
-                None => _ = self.movers.insert(*object, Mover::new(None, new, now_ms)),
+                None => {
+                    let mut mover = Mover::new(None, new, now_ms);
+                    mover.abroad = true;
+                    self.movers.insert(*object, mover);
+                }
             },
             // Of who is here, others have nothing to say.
-            Input::Withdraw { object, .. } if self.people.values().any(|person| person.avatar == *object) => {}
-            Input::Withdraw { object, .. } => _ = self.movers.remove(object),
+            Input::Withdraw { object, .. } => {
+                if self.movers.get(object).is_some_and(|mover| mover.abroad) {
+                    self.movers.remove(object);
+                }
+            }
             Input::Move { object, sent } => {
                 if let Some(mover) = self.movers.get_mut(object) {
                     mover.say(sent, now_ms);
@@ -268,6 +291,7 @@ impl Account {
             Input::Rebase { ground, .. } => {
                 self.revision = ground.revision;
                 self.cells = Cells::new(ground.cells.clone());
+                self.press = Press::of(&self.rules, ground);
                 self.closed.clear();
                 let everybody: Vec<_> = self.people.keys().copied().collect();
                 everybody.into_iter().for_each(|session| self.look(session, now_ms));
@@ -283,6 +307,7 @@ impl Account {
             | Input::Screen { .. }
             | Input::Resync { .. }
             | Input::WatchAbroad { .. }
+            | Input::Wakeable { .. }
             | Input::Tick => {}
         }
     }
@@ -302,41 +327,6 @@ impl Account {
         let eyes = self.cells.under(&ball);
         if eyes != person.eyes.0 {
             person.eyes = (eyes, now_ms);
-        }
-    }
-
-    /// Sessions have been told something: `[session, event, data]`.
-    pub(super) fn tell(&mut self, told: &Value) {
-        let text = |at: usize| told.get(at).and_then(Value::as_str).unwrap_or_default();
-        let Ok(session) = text(0).parse::<SessionId>() else {
-            return;
-        };
-        let (event, data) = (text(1), told.get(2).unwrap_or(&Value::Null));
-        let Some(person) = self.people.get_mut(&session) else {
-            return;
-        };
-        let object = |value: &Value| value.as_str().and_then(|text| text.parse::<ObjectId>().ok());
-        let objects = data["objects"].as_array().map_or(&[][..], Vec::as_slice);
-        match event {
-            "resync" => person.shown.clear(),
-            "object-info" => {
-                let object = object(&data["object"]);
-                person.shown.extend(object);
-                self.told.extend(object.map(|object| (session, object)));
-            }
-            "object-pos" => {
-                let told = objects.iter().filter_map(|told| object(&told["object"]));
-                for object in told {
-                    person.shown.insert(object);
-                    self.told.push((session, object));
-                }
-            }
-            "object-gone" => {
-                for object in objects.iter().filter_map(object) {
-                    person.shown.remove(&object);
-                }
-            }
-            _ => {}
         }
     }
 }

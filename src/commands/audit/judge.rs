@@ -6,7 +6,8 @@
 //! proof was found the telling is *undecided*.
 //!
 //! A *miss*: a mover is in plain view of a participant, well inside the area of interest, and for a few ticks on end the
-//! session was not told of it. Who says nothing is where it said last: that is what others are to be told until it speaks.
+//! session was not told of it. Who says nothing is where it said last: that is what others are to be told until it speaks. Whom a
+//! crowd hides is no miss where the rules leave such people out ([`crowd`](super::crowd)), and counted apart.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,7 +19,9 @@ use serde::Serialize;
 
 use super::{
     account::{Account, Person},
+    crowd::Press,
     sights::Sights,
+    telling::{Astray, Telling, Wrong},
 };
 
 /// What a closed door hides is told of for so long at most after it was closed, or after somebody has come into a cell.
@@ -35,6 +38,9 @@ pub(super) struct Finding {
     pub(super) at_ms: Ms,
     pub(super) session: SessionId,
     pub(super) object: ObjectId,
+    /// By which event it was told of it, if it was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) event: Option<&'static str>,
     /// Where the participant was.
     pub(super) eye: [f64; 3],
     /// Where the mover was.
@@ -51,10 +57,13 @@ pub(super) struct Judge {
     pub(super) leaks: Vec<Finding>,
     pub(super) undecided: Vec<Finding>,
     pub(super) misses: Vec<Finding>,
+    pub(super) astray: Vec<Astray>,
     /// Times that a session was told of a mover.
     pub(super) told: u64,
     /// Pairs of a participant and a mover that it was not told of that were looked at.
     pub(super) untold: u64,
+    /// Pairs of these that were in view but for the crowd between them, which the rules let be left out.
+    pub(super) culled: u64,
     /// In plain view and not told of, since when.
     suspects: BTreeMap<(SessionId, ObjectId), Ms>,
     ticks: u64,
@@ -63,10 +72,10 @@ pub(super) struct Judge {
 impl Judge {
     /// Looks at a scene after a tick; at who was not told only each so many ticks.
     pub(super) fn look(&mut self, account: &mut Account, sights: &mut Sights, now_ms: Ms, every: u64) {
-        for (session, object) in std::mem::take(&mut account.told) {
+        for told in std::mem::take(&mut account.told) {
             self.told += 1;
             // Who is gone by now was told of while it was there.
-            let Some(found) = finding(account, session, object, now_ms) else {
+            let Some(found) = told_of(account, told, now_ms) else {
                 continue;
             };
             match could_see(account, sights, &found) {
@@ -76,55 +85,110 @@ impl Judge {
             }
         }
         self.ticks += 1;
-        if self.ticks.is_multiple_of(every) {
+        let looks = self.ticks.is_multiple_of(every);
+        if looks || !self.suspects.is_empty() {
+            account.crowd_together(now_ms);
+        }
+        if looks {
             self.suspect(account, sights, now_ms);
         }
         self.convict(account, sights, now_ms);
     }
 
-    fn suspect(&mut self, account: &Account, sights: &Sights, now_ms: Ms) {
-        let people: Vec<_> = account.people.iter().filter(|(_, person)| person.hears()).collect();
-        let untold = |(session, person): &(&SessionId, &Person)| {
-            let others = account
-                .movers
-                .keys()
-                .filter(|object| is_due(account, **session, person, **object, now_ms));
-            let others: Vec<_> = others.copied().collect();
-            let seen = others
-                .iter()
-                .filter(|object| in_view(account, sights, person, **object, now_ms));
-            let seen: Vec<_> = seen.map(|object| (**session, *object)).collect();
-            (others.len() as u64, seen)
-        };
-        let found: Vec<_> = people.par_iter().map(untold).collect();
-        for (looked_at, seen) in found {
-            self.untold += looked_at;
-            for pair in seen {
-                self.suspects.entry(pair).or_insert(now_ms);
+    /// Takes note of what is wrong with what was told, whatever can be seen.
+    pub(super) fn note(&mut self, account: &Account, wrong: Vec<Wrong>, now_ms: Ms) {
+        for wrong in wrong {
+            match wrong {
+                Wrong::Leak(told) => self.leaks.extend(told_of(account, told, now_ms)),
+                Wrong::Astray(astray) => self.astray.push(astray),
             }
         }
     }
 
-    fn convict(&mut self, account: &Account, sights: &Sights, now_ms: Ms) {
-        // An owner that was woken has a round trip to say where its mover is.
-        let in_time_ms = TICKS_TO_TELL * account.rules.tick_ms + account.rules.round_trip_ms;
-        let suspects = std::mem::take(&mut self.suspects);
-        for ((session, object), since_ms) in suspects {
-            let Some(person) = account.people.get(&session) else {
-                continue;
-            };
-            let still =
-                is_due(account, session, person, object, now_ms) && in_view(account, sights, person, object, now_ms);
-            if !still {
-                continue;
-            }
-            if now_ms - since_ms > in_time_ms {
-                self.misses.extend(finding(account, session, object, now_ms));
-            } else {
-                self.suspects.insert((session, object), since_ms);
+    fn suspect(&mut self, account: &mut Account, sights: &Sights, now_ms: Ms) {
+        let here = &*account;
+        let people: Vec<_> = here.people.iter().filter(|(_, person)| person.hears()).collect();
+        let untold = |(session, person): &(&SessionId, &Person)| {
+            let others = here
+                .movers
+                .keys()
+                .filter(|object| is_due(here, **session, person, **object, now_ms));
+            let others: Vec<_> = others.copied().collect();
+            let seen = others
+                .iter()
+                .filter(|object| in_view(here, sights, person, **object, now_ms));
+            let seen: Vec<_> = seen.copied().collect();
+            (**session, others.len() as u64, seen)
+        };
+        let found: Vec<_> = people.par_iter().map(untold).collect();
+        for (session, looked_at, mut seen) in found {
+            self.untold += looked_at;
+            self.culled += seen.len() as u64;
+            account.leave_out(session, &mut seen, now_ms);
+            self.culled -= seen.len() as u64;
+            for object in seen {
+                self.suspects.entry((session, object)).or_insert(now_ms);
             }
         }
     }
+
+    fn convict(&mut self, account: &mut Account, sights: &Sights, now_ms: Ms) {
+        // An owner that was woken has a round trip to say where its mover is.
+        let crowd_lasts_ms = account.press.as_ref().map_or(0, Press::lasts_ms);
+        let in_time_ms = TICKS_TO_TELL * account.rules.tick_ms + account.rules.round_trip_ms + crowd_lasts_ms;
+        let mut still: BTreeMap<SessionId, Vec<ObjectId>> = BTreeMap::new();
+        for (session, object) in self.suspects.keys().copied() {
+            let here = account.people.get(&session).is_some_and(|person| {
+                is_due(account, session, person, object, now_ms) && in_view(account, sights, person, object, now_ms)
+            });
+            if here {
+                still.entry(session).or_default().push(object);
+            }
+        }
+        let before = std::mem::take(&mut self.suspects);
+        for (session, mut objects) in still {
+            account.leave_out(session, &mut objects, now_ms);
+            for pair in objects.into_iter().map(|object| (session, object)) {
+                if now_ms - before[&pair] > in_time_ms {
+                    self.misses.extend(finding(account, pair.0, pair.1, now_ms));
+                } else {
+                    self.suspects.insert(pair, before[&pair]);
+                }
+            }
+        }
+    }
+}
+
+impl Account {
+    /// Where some are left out in a crowd: it stands where everybody is now.
+    fn crowd_together(&mut self, now_ms: Ms) {
+        if let Some(press) = &mut self.press {
+            press.stand(&self.movers, &self.cells, now_ms, self.rules.tick_ms);
+        }
+    }
+
+    /// Takes away those of these that the crowd hides so far from a participant that it need not be told of them.
+    fn leave_out(&mut self, session: SessionId, objects: &mut Vec<ObjectId>, now_ms: Ms) {
+        let (Some(press), Some(person)) = (&mut self.press, self.people.get(&session)) else {
+            return;
+        };
+        let avatar = self.movers.get(&person.avatar).filter(|_| !objects.is_empty());
+        let view = avatar.and_then(|avatar| press.seen_from(avatar.position(now_ms), person.aoi.leave_m, &self.cells));
+        let Some(view) = view else { return };
+        let hidden = |object: &ObjectId| {
+            let mover = self.movers.get(object);
+            mover.is_some_and(|mover| press.may_leave_out(&view, mover.position(now_ms)))
+        };
+        objects.retain(|object| !hidden(object));
+    }
+}
+
+fn told_of(account: &Account, told: Telling, now_ms: Ms) -> Option<Finding> {
+    let found = finding(account, told.session, told.object, now_ms)?;
+    Some(Finding {
+        event: Some(told.event),
+        ..found
+    })
 }
 
 fn finding(account: &Account, session: SessionId, object: ObjectId, now_ms: Ms) -> Option<Finding> {
@@ -134,6 +198,7 @@ fn finding(account: &Account, session: SessionId, object: ObjectId, now_ms: Ms) 
         at_ms: now_ms,
         session,
         object,
+        event: None,
         eye: account.movers.get(&person.avatar)?.position(now_ms),
         position: mover.position(now_ms),
         eye_cells: person.eyes.0.clone(),

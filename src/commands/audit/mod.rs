@@ -5,9 +5,11 @@
 //! who was where and was told what is held against geometry alone, level 0 of everything and rays, without visible sets.
 
 mod account;
+mod crowd;
 mod judge;
 mod report;
 mod sights;
+mod telling;
 
 use std::{
     collections::BTreeMap,
@@ -182,7 +184,10 @@ impl Scene {
             account.hear(input, at_ms);
         }
         let told = said["told"].as_array().map_or(&[][..], Vec::as_slice);
-        told.iter().for_each(|told| account.tell(told));
+        for told in told {
+            let wrong = account.tell(told, at_ms);
+            self.judge.note(account, wrong, at_ms);
+        }
     }
 
     fn judge(&mut self, at_ms: Ms, every: u64) {
@@ -203,9 +208,11 @@ impl Scene {
             .into_iter()
             .for_each(|found| report.undecided.add(found));
         self.judge.misses.into_iter().for_each(|miss| report.misses.add(miss));
+        self.judge.astray.into_iter().for_each(|told| report.astray.add(told));
         SceneReport {
             told: self.judge.told,
             untold: self.judge.untold,
+            culled: self.judge.culled,
             pairs: self.sights.pairs(),
             cells: self.sights.cells(),
             hunted: self.sights.hunted(),

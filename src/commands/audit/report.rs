@@ -1,9 +1,10 @@
 //! What did an audit find? As a table for people, or as JSON.
 
 use belvedere_live::Ms;
+use belvedere_scene::CellId;
 use serde::Serialize;
 
-use super::judge::Finding;
+use super::{judge::Finding, telling::Astray};
 use crate::commands::output::{bytes, table};
 
 /// So many findings of a kind are told in full.
@@ -30,6 +31,8 @@ pub(super) struct SceneReport {
     pub(super) told: u64,
     /// Pairs of a participant and a mover that it was not told of that were looked at.
     pub(super) untold: u64,
+    /// Pairs of these that were in view but for a crowd, in which the rules leave some out.
+    pub(super) culled: u64,
     /// Cells from which rays looked around, once for each set of closed doors.
     pub(super) cells: usize,
     /// Pairs of cells between which sight lines were aimed.
@@ -42,6 +45,8 @@ pub(super) struct SceneReport {
     /// Told of what neither a sight line nor a proof decides.
     pub(super) undecided: Findings<Finding>,
     pub(super) misses: Findings<Finding>,
+    /// Told to sessions, or of movers, that were not there.
+    pub(super) astray: Findings<Astray>,
     /// Entries whose outputs are others than the rules give.
     pub(super) differences: Findings<Difference>,
 }
@@ -88,9 +93,11 @@ impl Report {
             "sessions",
             "told",
             "not told",
+            "culled",
             "leaks",
             "undecided",
             "misses",
+            "astray",
             "differences",
         ];
         let mut text = format!("{} of recording\n{}", bytes(self.whole_bytes), table(&head, &rows));
@@ -108,17 +115,23 @@ impl Report {
     fn summary(&self) -> String {
         let told: u64 = self.scenes.iter().map(|scene| scene.told).sum();
         format!(
-            "{} leaks, {} of {told} tellings undecided, {} misses, {} entries that come out otherwise",
-            self.sum(|scene| scene.leaks.count),
+            "{}, {} of {told} tellings undecided, {}, {} astray, {} otherwise",
+            counted(self.sum(|scene| scene.leaks.count), "leak", "leaks"),
             self.sum(|scene| scene.undecided.count),
-            self.sum(|scene| scene.misses.count),
-            self.sum(|scene| scene.differences.count),
+            counted(self.sum(|scene| scene.misses.count), "miss", "misses"),
+            counted(self.sum(|scene| scene.astray.count), "telling", "tellings"),
+            counted(
+                self.sum(|scene| scene.differences.count),
+                "entry that comes out",
+                "entries that come out"
+            ),
         )
     }
 
     /// What is wrong, if anything is; to leave something open may be wrong too.
     pub(super) fn verdict(&self, undecided_too: bool) -> Option<String> {
-        let wrong = self.sum(|scene| scene.leaks.count + scene.misses.count + scene.differences.count);
+        let wrong =
+            self.sum(|scene| scene.leaks.count + scene.misses.count + scene.astray.count + scene.differences.count);
         let open = self.sum(|scene| scene.undecided.count);
         (wrong > 0 || undecided_too && open > 0).then(|| self.summary())
     }
@@ -130,9 +143,11 @@ impl SceneReport {
             self.sessions.to_string(),
             self.told.to_string(),
             self.untold.to_string(),
+            self.culled.to_string(),
             self.leaks.count.to_string(),
             self.undecided.count.to_string(),
             self.misses.count.to_string(),
+            self.astray.count.to_string(),
             self.differences.count.to_string(),
         ];
         let lasted = format!("{:.1} s", self.lasted_ms as f64 * 1e-3);
@@ -153,14 +168,97 @@ impl SceneReport {
         ];
         for (kind, findings) in kinds {
             for found in &findings.first {
-                *text += &format!(
-                    "\n{kind} at {}: {} at {:?} in {:?}, {} at {:?} in {:?}",
-                    found.at_ms, found.session, found.eye, found.eye_cells, found.object, found.position, found.cells
-                );
+                *text += &format!("\n{kind} at {}: {}", found.at_ms, sentence(found));
             }
+        }
+        for told in &self.astray.first {
+            let of = told
+                .object
+                .as_deref()
+                .map_or(String::new(), |object| format!(" of {object}"));
+            *text += &format!(
+                "\nastray at {}: `{}` to {}{of}: {}",
+                told.at_ms, told.event, told.session, told.why
+            );
         }
         for found in &self.differences.first {
             *text += &format!("\nentry {} at {}: {}", found.entry, found.at_ms, found.why);
         }
+    }
+}
+
+/// `1 leak`, `2 leaks`.
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// `s0 at (4, 1.5, 6) in c0 was told of o100000001 at (28, 1.5, 4) in c3 by object-pos`.
+fn sentence(found: &Finding) -> String {
+    let told = found.event.map_or("was not told", |_| "was told");
+    let by = found.event.map_or(String::new(), |event| format!(" by {event}"));
+    format!(
+        "{} at {} in {} {told} of {} at {} in {}{by}",
+        found.session,
+        place(found.eye),
+        list(&found.eye_cells),
+        found.object,
+        place(found.position),
+        list(&found.cells),
+    )
+}
+
+fn place([x, y, z]: [f64; 3]) -> String {
+    format!("({x}, {y}, {z})")
+}
+
+/// `c0, c2`.
+fn list(cells: &[CellId]) -> String {
+    if cells.is_empty() {
+        return "no cell".to_owned();
+    }
+    let names: Vec<_> = cells.iter().map(CellId::to_string).collect();
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use belvedere_live::event::SessionId;
+    use belvedere_scene::ObjectId;
+
+    use super::*;
+
+    #[test]
+    fn findings_are_told_in_the_words_of_the_interface() {
+        let found = Finding {
+            at_ms: 7,
+            session: SessionId(0),
+            object: ObjectId(100_000_001),
+            event: Some("object-pos"),
+            eye: [4.0, 1.5, 6.0],
+            position: [28.6, 1.5, 4.0],
+            eye_cells: vec![CellId(0)],
+            cells: vec![CellId(3), CellId(5)],
+        };
+        let mut scene = SceneReport::default();
+        scene.leaks.add(found.clone());
+        scene.misses.add(Finding {
+            event: None,
+            cells: vec![],
+            ..found
+        });
+        let report = Report {
+            whole_bytes: 1,
+            scenes: vec![scene],
+        };
+        let text = report.text();
+        let lines: Vec<_> = text.lines().rev().collect();
+        assert_eq!(
+            lines[..3],
+            [
+                "1 leak, 0 of 0 tellings undecided, 1 miss, 0 tellings astray, 0 entries that come out otherwise",
+                "miss at 7: s0 at (4, 1.5, 6) in c0 was not told of o100000001 at (28.6, 1.5, 4) in no cell",
+                "leak at 7: s0 at (4, 1.5, 6) in c0 was told of o100000001 at (28.6, 1.5, 4) in c3, c5 by object-pos",
+            ]
+        );
     }
 }

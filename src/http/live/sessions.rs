@@ -24,8 +24,9 @@ use crate::{
     http::{
         AppState,
         body::{Object, json_body},
+        cookie::ShownOfSession,
         error::ApiError,
-        extract::{Path, Shown},
+        extract::Path,
         momentary::{done, now},
         visitor::Visitor,
     },
@@ -152,7 +153,7 @@ impl FromRequestParts<AppState> for Own {
 
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, ApiError> {
         let Path(session): Path<SessionId> = parts.extract_with_state(state).await?;
-        let Shown(token) = parts.extract().await?;
+        let ShownOfSession(token) = parts.extract().await?;
         let own = state.live.session(session, token).await?;
         let Ok(visitor) = parts.extract_with_state::<Visitor, _>(state).await;
         visitor.scene(own.scene()).await?;
@@ -164,7 +165,7 @@ impl FromRequestParts<AppState> for Own {
 pub(in crate::http) async fn close(
     State(live): State<Live>,
     Path(session): Path<SessionId>,
-    Shown(token): Shown,
+    ShownOfSession(token): ShownOfSession,
 ) -> Result<Response, ApiError> {
     live.session(session, token).await?.close().await?;
     Ok(done())

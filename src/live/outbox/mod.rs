@@ -108,7 +108,7 @@ impl Default for State {
 }
 
 impl Outbox {
-    /// An empty one, which says to whoever looks after several of them that a reader has come or missed something.
+    /// An empty one, which says to whoever looks after several of them that a reader has come, gone or missed something.
     /// Of a session that was taken up, what others have told is void.
     pub(super) fn new(readers_changed: Arc<AtomicBool>, taken: u64) -> Self {
         let state = State {
@@ -178,10 +178,15 @@ impl Outbox {
         state.missed.filter(|_| state.reader.attached)
     }
 
-    /// Whether what is said will be heard: by a reader that is there, or by one that was cut off and has missed nothing yet.
+    /// Whether what is said may be heard: by a reader that is there, or by one that was cut off and has missed nothing yet.
     pub(super) fn listens(&self) -> bool {
         let state = self.state();
         state.reader.attached || state.reader.number > 0 && state.missed.is_none()
+    }
+
+    /// Whether what is said is heard at once: a reader is there.
+    pub(super) fn is_read(&self) -> bool {
+        self.state().reader.attached
     }
 
     /// The session has ended: its reader hears what waits, and then the end.
@@ -233,6 +238,9 @@ impl Outbox {
         let mut state = self.state();
         if state.reader.number == reader {
             state.reader = Reader::none(reader);
+            // Whoever was cut off has the whole lease to come back.
+            state.last_sign = Instant::now();
+            self.readers_changed.store(true, Ordering::Release);
         }
     }
 

@@ -343,7 +343,13 @@ fn what_is_said_is_heard_by_who_is_there_or_has_missed_nothing_yet() {
     assert!(!outbox.listens(), "nobody has come yet");
     let reader = outbox.attach(None);
     assert!(outbox.listens());
+    assert!(outbox.is_read() && outbox.readers_changed.swap(false, Ordering::Relaxed));
     outbox.detach(reader);
+    assert!(!outbox.is_read(), "nobody hears it at once");
+    assert!(
+        outbox.readers_changed.load(Ordering::Relaxed),
+        "whoever looks after it hears of that"
+    );
     outbox.push(&gone());
     assert!(outbox.listens(), "it waits for whoever was cut off");
     let infos = QUEUE_BYTES / 16;
@@ -351,4 +357,25 @@ fn what_is_said_is_heard_by_who_is_there_or_has_missed_nothing_yet() {
     assert!(!outbox.listens());
     outbox.attach(Some(0));
     assert!(outbox.listens() && outbox.wants_resync().is_some());
+}
+
+#[test]
+fn whoever_is_cut_off_has_the_whole_lease_to_come_back() {
+    const LONG: Duration = Duration::from_secs(25);
+    let outbox = Outbox::default();
+    let first = outbox.attach(None);
+    let passes = || outbox.state().last_sign -= LONG;
+    passes();
+    outbox.detach(first);
+    assert!(
+        outbox.silent_for() < LONG,
+        "the lease counts from the end of the stream"
+    );
+    // The end of a stream that another one has followed is no sign of life.
+    let (second, third) = (outbox.attach(None), outbox.attach(None));
+    passes();
+    outbox.detach(second);
+    assert!(outbox.silent_for() >= LONG);
+    outbox.detach(third);
+    assert!(outbox.silent_for() < LONG);
 }

@@ -32,6 +32,7 @@ use tokio::{
 use self::abroad::Abroad;
 use super::{
     Live, LiveError,
+    door_pace::DoorPace,
     ids::avatar_of,
     keeping::{DoorToKeep, Keeping},
     message::{Message, StageHandle},
@@ -86,6 +87,7 @@ async fn run(
         movers_counted: Instant::now(),
         stands_kept: Instant::now(),
         keeping: Keeping::new(&live.0.sources.catalogue, scene),
+        door_pace: DoorPace::default(),
         abroad: None,
     };
     stage.abroad = Abroad::begin(live, &stage.scene, &stage.terrain, handle);
@@ -142,6 +144,7 @@ struct Stage {
     /// When it was kept where people stand.
     stands_kept: Instant,
     keeping: Keeping,
+    door_pace: DoorPace,
     /// Other nodes, where there may be some.
     abroad: Option<Abroad>,
 }
@@ -153,6 +156,8 @@ struct Person {
     view: Option<watch::Sender<View>>,
     /// What the rules know of whether somebody listens.
     listens: bool,
+    /// And of whether somebody hears at once.
+    wakeable: bool,
     /// Where it stands, or how far it looks, has changed since that was kept.
     moved: bool,
 }
@@ -215,9 +220,18 @@ impl Stage {
                 self.world.destroy(object, self.live.now_ms());
                 _ = reply.send(());
             }
-            Message::Door { revision, door, reply } => {
-                self.world
-                    .set_door(door.object, &door.bounds, door.open, self.live.now_ms());
+            Message::Door {
+                revision,
+                door,
+                who,
+                reply,
+            } => {
+                let now_ms = self.live.now_ms();
+                if let Err(retry_ms) = self.door_pace.take(who, door.object, now_ms) {
+                    _ = reply.send(Err(LiveError::Rattled { retry_ms }));
+                    return;
+                }
+                self.world.set_door(door.object, &door.bounds, door.open, now_ms);
                 self.show_statics_to_all(false);
                 if let Some(abroad) = &mut self.abroad {
                     abroad.exchange.set_door(door.object, &door.bounds, door.open);
@@ -277,6 +291,7 @@ impl Stage {
             poses: Bucket::full(POSES.0, POSES.1, now_ms),
             view,
             listens: false,
+            wakeable: false,
             moved: false,
         };
         self.people.insert(session, person);

@@ -46,13 +46,18 @@ impl Stage {
         }
     }
 
-    /// Says whose readers have come, and whose have missed so much that there is nothing to be told until they come back.
+    /// Says whose readers have come or gone, and whose have missed so much that there is nothing to be told until they come back.
     fn attend(&mut self) {
         let now_ms = self.live.now_ms();
         for (session, person) in &mut self.people {
             let listens = person.outbox.listens();
             if std::mem::replace(&mut person.listens, listens) != listens {
                 self.world.listens(*session, listens, now_ms);
+                person.wakeable = listens;
+            }
+            let wakeable = listens && person.outbox.is_read();
+            if std::mem::replace(&mut person.wakeable, wakeable) != wakeable {
+                self.world.wakeable(*session, wakeable, now_ms);
             }
         }
     }

@@ -7,8 +7,9 @@ use crate::{
     Ms, World,
     aoi::Aoi,
     cells::{Cell, Cells, Hidden},
+    crowd::Crowd,
     event::{Event, Gone, SessionId, Void},
-    world::{Moved, NewMover, Refusal, Rules, Seen, Sent, Visitor},
+    world::{Moved, NewMover, Refusal, Rules, Seen, Sent, Visitor, around},
 };
 
 /// What the rules know of a revision: everything but what is seen from where.
@@ -26,6 +27,15 @@ pub struct Ground {
 }
 
 impl Ground {
+    /// Where people will hide each other on this ground, as [`World`] sees it; nobody is there yet.
+    #[must_use]
+    pub fn crowd(&self) -> Crowd {
+        let cells = Cells::new(self.cells.clone());
+        let mut crowd = Crowd::new(&around(&self.bounds.union(&cells.bounds())));
+        crowd.plant(&self.foliage);
+        crowd
+    }
+
     /// A world on this ground in which nobody is.
     pub(super) fn world(&self, rules: Rules) -> World {
         let mut world = World::new(Cells::new(self.cells.clone()), &self.bounds, rules);
@@ -110,6 +120,11 @@ pub enum Input {
     Listens {
         session: SessionId,
         listens: bool,
+    },
+    /// [`World::wakeable`](crate::World::wakeable).
+    Wakeable {
+        session: SessionId,
+        wakeable: bool,
     },
     Rebase {
         ground: Ground,

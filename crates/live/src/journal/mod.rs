@@ -245,6 +245,13 @@ impl Journal {
         self.write(now_ms, input, Answer::Done);
     }
 
+    /// [`World::wakeable`].
+    pub fn wakeable(&mut self, session: SessionId, wakeable: bool, now_ms: Ms) {
+        let input = self.input(|| Input::Wakeable { session, wakeable });
+        self.world.wakeable(session, wakeable, now_ms);
+        self.write(now_ms, input, Answer::Done);
+    }
+
     /// [`World::rebase`], to cells that see from wherever somebody stands what `sights` say.
     pub fn rebase(&mut self, ground: &Ground, sights: &[(CellId, Vec<CellId>)], now_ms: Ms) {
         let input = self.input(|| Input::Rebase {

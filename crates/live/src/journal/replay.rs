@@ -147,6 +147,7 @@ impl Replay {
             Input::Screen { cell, closed, hidden } => (&world.screen(cell, &closed, &hidden, now_ms)).into(),
             Input::Resync { session, reason } => (&world.resync(session, reason, now_ms)).into(),
             Input::Listens { session, listens } => (&world.listens(session, listens, now_ms)).into(),
+            Input::Wakeable { session, wakeable } => (&world.wakeable(session, wakeable, now_ms)).into(),
             Input::Rebase { ground, sights } => {
                 (&world.rebase(taught(&ground, &sights), &ground.bounds, &ground.foliage, now_ms)).into()
             }

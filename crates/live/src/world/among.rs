@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Who is not told of comes back only when clearly more of it is seen.
-const BACK: f64 = 1.5;
+pub const BACK: f64 = 1.5;
 
 /// What was seen of the crowd, from where and when.
 #[derive(Debug)]

@@ -195,7 +195,7 @@ impl Sent {
 }
 
 /// What positions may be: as far from a scene as it is large.
-pub(super) fn around(scene: &Bounds) -> Bounds {
+pub(crate) fn around(scene: &Bounds) -> Bounds {
     let reach_m = scene.diagonal_m();
     Bounds {
         min: scene.min.map(|x| x - reach_m),

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     Ms,
-    event::{Event, Gone, Hush},
+    event::{Event, Gone, Hush, SessionId},
     tbv::{Tbv, Validity},
 };
 
@@ -194,6 +194,31 @@ impl World {
             self.rouse(object, now_ms);
         } else {
             self.enter(object, State::Asked { until_ms });
+        }
+    }
+
+    /// From now on nobody says when a mover of this session leaves its volume: the last pose counts. Who comes back to what it
+    /// was told finds there that the promise has ended.
+    pub(super) fn end_promises(&mut self, id: SessionId, now_ms: Ms) {
+        let Some(session) = self.sessions.get(&id) else {
+            return;
+        };
+        let driven: Vec<_> = [session.object]
+            .into_iter()
+            .chain(session.driven.iter().copied())
+            .collect();
+        let comes_back = session.listens;
+        for object in driven {
+            let mover = self.movers.get(&object);
+            let Some(mover) = mover.filter(|mover| !mover.is_awake() && mover.way.is_none()) else {
+                continue;
+            };
+            let promised = matches!(mover.state, State::Hushed { .. }) && mover.max_speed_mps > 0.0;
+            if comes_back && promised {
+                self.say(id, Event::Wake { object });
+            }
+            self.rouse(object, now_ms);
+            self.settle(object, now_ms);
         }
     }
 

@@ -27,8 +27,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_scene::{Bounds, CellId, ObjectId, foliage::Foliage};
 use serde::{Deserialize, Serialize};
 
+pub(crate) use self::check::around;
 pub use self::{
     abroad::Exported,
+    among::BACK,
     check::{
         MOST_ACCELERATION_MPS2, MOST_AOI_M, MOST_RADIUS_M, MOST_SPEED_MPS, MOST_WALK_MPS, Moved, Radius, Refusal,
         SLACK, Seen, Sent, Unknown,
@@ -276,8 +278,11 @@ impl World {
     fn say(&mut self, session: SessionId, event: Event) {
         // What may be relied on is not said to who might hear of it when it is void; that it is void must be.
         let waits = !matches!(event, Event::Hush(_));
-        let session_listens = self.sessions.get(&session).map(|session| session.listens);
-        if session_listens.is_some_and(|listens| listens || waits) {
+        if self
+            .sessions
+            .get(&session)
+            .is_some_and(|session| session.wakeable || waits)
+        {
             self.events.push((session, event));
         }
     }

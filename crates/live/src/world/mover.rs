@@ -90,7 +90,7 @@ impl Mover {
     /// Whether its owner says when it leaves its volume, and hears when it is to speak before.
     pub(super) fn is_heard_when_it_leaves(&self, sessions: &BTreeMap<SessionId, Box<Session>>) -> bool {
         let owner = self.owner.and_then(|owner| sessions.get(&owner));
-        self.way.is_none() && owner.is_some_and(|session| session.listens)
+        self.way.is_none() && owner.is_some_and(|session| session.wakeable)
     }
 
     /// Whether a volume still holds it. Of an owner who would have said when it left, the end of the promise says nothing.

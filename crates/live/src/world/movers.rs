@@ -109,6 +109,9 @@ impl World {
             validity: Validity::new(longest_ms),
         };
         let reach_m = radius_m + self.rules.tick_reach_m(&mover);
+        if let Some(session) = owner.and_then(|owner| self.sessions.get_mut(&owner)) {
+            session.driven.insert(object);
+        }
         self.movers.insert(object, Box::new(mover));
         self.rouse(object, now_ms);
         if reach_m > self.largest_m {
@@ -270,6 +273,9 @@ impl World {
         };
         if let Some(at_ms) = mover.alarm_ms() {
             self.alarms.remove(&(at_ms, object));
+        }
+        if let Some(session) = mover.owner.and_then(|owner| self.sessions.get_mut(&owner)) {
+            session.driven.remove(&object);
         }
         self.awake.remove(&object);
         self.restless.remove(&object);

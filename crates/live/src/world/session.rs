@@ -1,6 +1,6 @@
 //! What is kept of a session?
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use belvedere_scene::ObjectId;
 
@@ -24,6 +24,10 @@ pub(super) struct Session {
     hears_movers: bool,
     /// Somebody does, or will before what is said meanwhile is lost.
     pub(super) listens: bool,
+    /// Somebody hears at once what is said.
+    pub(super) wakeable: bool,
+    /// Movers that it drives, beside its own.
+    pub(super) driven: BTreeSet<ObjectId>,
     pub(super) eye: Eye,
     /// Movers that it is told of.
     pub(super) shown: BTreeMap<ObjectId, Shown>,
@@ -61,6 +65,8 @@ impl Session {
             aoi,
             hears_movers,
             listens,
+            wakeable: listens,
+            driven: BTreeSet::new(),
             eye: Eye::default(),
             shown: BTreeMap::new(),
             remembered: VecDeque::new(),

@@ -177,13 +177,7 @@ impl World {
         self.in_crowd.remove(&id);
         self.gone.retain(|(session, _), _| *session != id);
         self.destroy(session.object);
-        let driven: Vec<_> = self
-            .movers
-            .iter()
-            .filter(|(_, m)| m.owner == Some(id))
-            .map(|(o, _)| *o)
-            .collect();
-        for object in driven {
+        for object in session.driven {
             // Nobody can be woken, and nobody relies on a promise any more.
             if let Some(mover) = self.movers.get_mut(&object) {
                 mover.owner = None;
@@ -194,7 +188,7 @@ impl World {
     }
 
     /// From now on somebody listens to a session, or nobody does, and what was told before is void. Whoever is told of nothing
-    /// watches nothing, so that it costs others nothing; whoever comes is told of all that it sees at the next tick. An avatar whose
+    /// watches nothing, so that it costs others nothing; whoever comes is told of all that it sees at the next tick. A mover whose
     /// owner cannot be woken any more keeps no volume that counts on that.
     pub fn listens(&mut self, id: SessionId, listens: bool, now_ms: Ms) {
         let session = self.sessions.get_mut(&id);
@@ -202,8 +196,8 @@ impl World {
             return;
         };
         session.listens = listens;
+        session.wakeable = listens;
         session.forget();
-        let own = session.object;
         for object in std::mem::take(&mut session.shown).into_keys() {
             if let Some(mover) = self.movers.get_mut(&object) {
                 mover.shown_to.remove(&id);
@@ -211,9 +205,21 @@ impl World {
         }
         self.gone.retain(|(session, _), _| *session != id);
         self.look(id, now_ms);
-        if !listens && self.movers.get(&own).is_some_and(|mover| !mover.is_awake()) {
-            self.rouse(own, now_ms);
-            self.settle(own, now_ms);
+        if !listens {
+            self.end_promises(id, now_ms);
+        }
+    }
+
+    /// The stream of a session that is listened to has ended, or is there again. What is said meanwhile waits for whoever comes back,
+    /// but nobody knows whether one does: none of its movers keeps a volume that counts on a word of it.
+    pub fn wakeable(&mut self, id: SessionId, wakeable: bool, now_ms: Ms) {
+        let session = self.sessions.get_mut(&id);
+        let Some(session) = session.filter(|session| session.listens && session.wakeable != wakeable) else {
+            return;
+        };
+        session.wakeable = wakeable;
+        if !wakeable {
+            self.end_promises(id, now_ms);
         }
     }
 

@@ -83,7 +83,9 @@ impl Teller<'_> {
             let seen = among::visibility(session.among.as_deref(), self.crowd, position);
             // It changes only when the mover is well beyond the border.
             let [nearer, further] = [0.9, 1.1].map(|x| among::attention(mover, x * away_m, seen, self.tick_ms));
-            if nearer.is_like(&further) && !nearer.is_like(&shown.attention) {
+            // Of whom its reader does not know yet that it is there, nothing else is said before.
+            let known = shown.sent.is_some();
+            if known && nearer.is_like(&further) && !nearer.is_like(&shown.attention) {
                 shown.attention = nearer;
                 rates.push(Period {
                     object: *object,

@@ -332,6 +332,12 @@ impl Stage {
         self.listen();
     }
 
+    /// The stream of a session is there again, or has ended; what is said meanwhile waits for it.
+    pub(crate) fn reach(&mut self, session: SessionId, wakeable: bool) {
+        self.world.wakeable(session, wakeable, self.now_ms);
+        self.listen();
+    }
+
     pub(crate) fn tick(&mut self) {
         self.now_ms += 100;
         self.tick_now();

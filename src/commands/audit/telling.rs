@@ -1,0 +1,244 @@
+//! What was a session told of, and had it anything to do with that? What is told of a mover that it may see is for
+//! [`judge`](super::judge) to decide; the rest can be decided at once.
+
+use belvedere_live::{Ms, event::SessionId};
+use belvedere_scene::ObjectId;
+use serde::Serialize;
+use serde_json::Value;
+
+use super::account::Account;
+
+/// A session was told of a mover.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Telling {
+    pub(super) session: SessionId,
+    pub(super) object: ObjectId,
+    /// The name of the event.
+    pub(super) event: &'static str,
+}
+
+/// Something was told that nobody could be told.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(super) struct Astray {
+    /// Unix time of the server.
+    pub(super) at_ms: Ms,
+    /// As it is written.
+    pub(super) session: String,
+    pub(super) event: String,
+    /// As it is written, if a mover is named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) object: Option<String>,
+    pub(super) why: &'static str,
+}
+
+/// What is wrong with what was told, whatever can be seen.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Wrong {
+    /// What is there concerns others alone.
+    Leak(Telling),
+    Astray(Astray),
+}
+
+/// Events that say something of movers.
+const OF_MOVERS: [&str; 6] = ["object-info", "object-pos", "object-gone", "rate", "hush", "wake"];
+
+impl Account {
+    /// Sessions have been told something: `[session, event, data]`.
+    pub(super) fn tell(&mut self, told: &Value, at_ms: Ms) -> Vec<Wrong> {
+        let text = |at: usize| told.get(at).and_then(Value::as_str).unwrap_or_default();
+        let (event, data) = (text(1), told.get(2).unwrap_or(&Value::Null));
+        let astray = |object: Option<&str>, why| {
+            Wrong::Astray(Astray {
+                at_ms,
+                session: text(0).to_owned(),
+                event: event.to_owned(),
+                object: object.map(str::to_owned),
+                why,
+            })
+        };
+        let session = text(0).parse::<SessionId>().ok();
+        let Some(session) = session.filter(|session| self.people.contains_key(session)) else {
+            let ended = session.is_some_and(|session| self.ended.contains(&session));
+            let why = if ended {
+                "the session has ended"
+            } else {
+                "there never was such a session"
+            };
+            return vec![astray(None, why)];
+        };
+        if event == "resync" {
+            self.shown(session, |shown| shown.clear());
+        }
+        let Some(event) = OF_MOVERS.into_iter().find(|name| *name == event) else {
+            return Vec::new();
+        };
+        let mut wrong = Vec::new();
+        for named in named(event, data) {
+            let object = named.parse::<ObjectId>().ok();
+            match object.filter(|object| event == "object-gone" || self.movers.contains_key(object)) {
+                Some(object) => wrong.extend(self.tell_of(Telling { session, object, event }).map(Wrong::Leak)),
+                None => wrong.push(astray(Some(named), "there is no such mover")),
+            }
+        }
+        wrong
+    }
+
+    /// Takes note of it; gives it back when it concerns others alone.
+    fn tell_of(&mut self, told: Telling) -> Option<Telling> {
+        let Telling { session, object, event } = told;
+        let concerns = match event {
+            "hush" | "wake" => self.movers[&object].owner == Some(session),
+            "rate" => self.people[&session].shown.contains(&object),
+            "object-gone" => {
+                self.shown(session, |shown| _ = shown.remove(&object));
+                true
+            }
+            _ => {
+                self.shown(session, |shown| _ = shown.insert(object));
+                self.told.push(told);
+                true
+            }
+        };
+        (!concerns).then_some(told)
+    }
+
+    fn shown(&mut self, session: SessionId, change: impl FnOnce(&mut std::collections::BTreeSet<ObjectId>)) {
+        if let Some(person) = self.people.get_mut(&session) {
+            change(&mut person.shown);
+        }
+    }
+}
+
+/// The movers that an event names, as they are written.
+fn named<'a>(event: &str, data: &'a Value) -> Vec<&'a str> {
+    let one = |value: &'a Value| value.as_str().unwrap_or_default();
+    let objects = data["objects"].as_array().map_or(&[][..], Vec::as_slice).iter();
+    match event {
+        "object-pos" | "rate" => objects.map(|told| one(&told["object"])).collect(),
+        "object-gone" => objects.map(one).collect(),
+        _ => vec![one(&data["object"])],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use belvedere_live::{
+        aoi::Aoi,
+        journal::{Ground, Input},
+        world::{Look, NewMover, Rules, Sent, Visitor},
+    };
+    use belvedere_scene::{Bounds, Revision, foliage::Foliage};
+    use serde_json::json;
+
+    use super::*;
+
+    const MINE: ObjectId = ObjectId(100_000_001);
+    const DRIVEN: ObjectId = ObjectId(100_000_002);
+    const OTHER: ObjectId = ObjectId(100_000_003);
+
+    /// One session, which drives a mover, and a mover that nobody drives.
+    fn account() -> Account {
+        let ground = Ground {
+            revision: Revision([0; 8]),
+            bounds: Bounds::around([[0.0; 3], [1.0; 3]]),
+            cells: Vec::new(),
+            foliage: Foliage::default(),
+        };
+        let mut account = Account::begin(Rules::default(), &ground);
+        let pose = Sent {
+            t_ms: None,
+            position: [0.5; 3],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            velocity: None,
+            acceleration: None,
+        };
+        let visitor = Visitor {
+            pose,
+            aoi: Aoi {
+                enter_m: 5.0,
+                leave_m: 6.0,
+            },
+            max_speed_mps: 1.0,
+            max_acceleration_mps2: None,
+            radius_m: 0.3,
+            look: Look::default(),
+            hears_movers: true,
+            listens: true,
+        };
+        let (session, object) = (SessionId(0), MINE);
+        account.hear(
+            &Input::Open {
+                session,
+                object,
+                visitor,
+            },
+            0,
+        );
+        for (object, owner) in [(DRIVEN, Some(session)), (OTHER, None)] {
+            let new = NewMover {
+                pose,
+                max_speed_mps: 1.0,
+                max_acceleration_mps2: None,
+                radius_m: 0.3,
+                look: Look::default(),
+                way: None,
+            };
+            account.hear(&Input::Create { object, owner, new }, 0);
+        }
+        account
+    }
+
+    fn leaks(account: &mut Account, event: &str, data: &Value) -> usize {
+        let wrong = account.tell(&json!(["s0", event, data]), 7);
+        assert!(wrong.iter().all(|wrong| matches!(wrong, Wrong::Leak(_))), "{wrong:?}");
+        wrong.len()
+    }
+
+    #[test]
+    fn who_is_hushed_or_woken_for_a_mover_of_others_is_told_what_concerns_them_alone() {
+        let mut account = account();
+        for event in ["hush", "wake"] {
+            let leaks = [MINE, DRIVEN, OTHER].map(|object| leaks(&mut account, event, &json!({"object": object})));
+            assert_eq!(leaks, [0, 0, 1], "{event}");
+        }
+    }
+
+    #[test]
+    fn the_rate_of_who_is_not_shown_is_a_leak() {
+        let mut account = account();
+        let rate = json!({"objects": [{"object": OTHER, "period_ms": 100}]});
+        assert_eq!(leaks(&mut account, "rate", &rate), 1);
+        assert_eq!(leaks(&mut account, "object-pos", &rate), 0);
+        assert_eq!(leaks(&mut account, "rate", &rate), 0);
+        let gone = json!({"objects": [OTHER], "reason": "hidden"});
+        assert_eq!(leaks(&mut account, "object-gone", &gone), 0);
+        assert_eq!(leaks(&mut account, "rate", &rate), 1);
+    }
+
+    #[test]
+    fn what_is_told_to_nobody_or_of_nobody_goes_astray() {
+        let mut account = account();
+        let mut why = |session: &str, object: &str| {
+            let wrong = account.tell(&json!([session, "object-info", {"object": object}]), 7);
+            match &wrong[..] {
+                [Wrong::Astray(astray)] => astray.why,
+                wrong => panic!("{wrong:?}"),
+            }
+        };
+        assert_eq!(why("s7", "o100000003"), "there never was such a session");
+        assert_eq!(why("", "o100000003"), "there never was such a session");
+        assert_eq!(why("s0", "o100000009"), "there is no such mover");
+        account.hear(&Input::Close { session: SessionId(0) }, 8);
+        let wrong = account.tell(&json!(["s0", "cell", {"cell": "c0"}]), 9);
+        assert!(
+            matches!(
+                &wrong[..],
+                [Wrong::Astray(Astray {
+                    why: "the session has ended",
+                    ..
+                })]
+            ),
+            "{wrong:?}"
+        );
+    }
+}
