@@ -3,7 +3,7 @@
 //! A walk through open portals would not do: people see through windows and gaps where nobody can walk, and cells need
 //! not fill the space between them. So geometry decides ([`belvedere_bake::visibility::screen`]).
 //!
-//! Guarantee: conservative, but for gaps narrower than 8 · 10⁻⁶ of the scene's diagonal, which are closed. Cells count as the
+//! Guarantee: that of [`belvedere_bake::visibility::screen`]. Cells count as the
 //! regions around them ([`Blockers::region`]). Cost: milliseconds for a cell; nothing for cells between which no closed door stands.
 //!
 //! A proof tells the doors that it takes, so that it outlives the opening of others. Each that takes a door is looked for again

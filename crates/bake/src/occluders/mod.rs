@@ -78,7 +78,11 @@ impl Occluders {
                 (high - low).length() >= FILLS * (max - min).length()
             };
             let mut ways = [Way::Against, Way::Along].into_iter();
-            !ways.all(|way| leaves.iter().any(|leaf| leaf.is_filled(way) && fills(leaf)))
+            let is_filled = |leaf: &Arc<Wall>, way: Way| {
+                let lengths = leaf.lines.iter().map(|lines| lines[lines.len() - 1] - lines[0]);
+                leaf.is_filled(way, DOOR_GAP * lengths.fold(0.0, f32::max))
+            };
+            !ways.all(|way| leaves.iter().any(|leaf| is_filled(leaf, way) && fills(leaf)))
         };
         let doors = self.leaves().chunk_by(|a, b| a.door == b.door);
         doors.filter(leaky).filter_map(|leaves| leaves[0].door)

@@ -6,7 +6,8 @@
 //! however many faces there are.
 //!
 //! Guarantee: a sight line that crosses the plane in an opaque square, in a direction in which the wall hides, meets a
-//! face; except through gaps narrower than [`Tolerance::hole_m`]. Faces may stand off the plane by
+//! face; except through gaps narrower than [`Tolerance::hole_m`], and as near outside of an edge as twice [`Tolerance::plane_m`], or half a
+//! hole more where the edge is aslant to the grid. Faces may stand off the plane by
 //! [`Tolerance::plane_m`]; rectangles are taken smaller by twice that, so that rounding opens no slit between a wall and
 //! the floor it stands on.
 
@@ -161,10 +162,16 @@ impl Wall {
         !self.opaque[way as usize].is_empty()
     }
 
-    /// Whether it is opaque this way from end to end.
-    pub(super) fn is_filled(&self, way: Way) -> bool {
-        let squares = self.opaque_squares(way);
-        squares.is_some_and(|squares| !squares.contains(&false))
+    /// Whether it is opaque this way but for a border of this width: the rim of a leaf follows what stands around it.
+    pub(super) fn is_filled(&self, way: Way, border_m: f32) -> bool {
+        let [columns, rows] = [0, 1].map(|axis| {
+            let lines = &self.lines[axis];
+            let ends = [lines[0] + border_m, lines[lines.len() - 1] - border_m];
+            let squares = 1..lines.len();
+            squares.filter(move |i| lines[*i] > ends[0] && lines[i - 1] < ends[1])
+        });
+        let mut inner = rows.flat_map(|j| columns.clone().map(move |i| (i, j)));
+        self.hides(way) && inner.all(|(i, j)| self.opaque_square(way, i, j))
     }
 
     /// Whether each square is opaque this way, rows along the first axis; `None` where it hides nothing.

@@ -37,6 +37,8 @@ mod within;
 #[cfg(test)]
 mod conservative_tests;
 #[cfg(test)]
+mod gap_tests;
+#[cfg(test)]
 mod memory_tests;
 #[cfg(test)]
 mod oracle;

@@ -6,8 +6,9 @@
 //! a rectangle. What of it lies beside the leaf, or in its openings, is hidden piece by piece: behind a wall in the same plane,
 //! from the eyes, or from the target. Pieces are halved where that fails.
 //!
-//! Guarantee: conservative, but for gaps narrower than 8 · 10⁻⁶ of the scene's diagonal, and those of up to [`DOOR_GAP`] between
-//! a leaf and what stands beside it, which are closed. Cost: a proof where one wall or body does; else a few for each piece, at
+//! Guarantee: conservative as walls are ([`crate::occluders::Wall`]), but for strips of twice [`Tolerance::hole_m`](crate::occluders::Tolerance::hole_m) beside the edges of
+//! a leaf and of its doorway, which are not looked at, and gaps of up to [`DOOR_GAP`] between a leaf and what stands beside it, which
+//! are closed. Cost: a proof where one wall or body does; else a few for each piece, at
 //! most [`MOST_PIECES`] for a leaf, and for all of them together at most [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
 
 use std::collections::BTreeSet;
@@ -19,8 +20,8 @@ use super::{
 };
 use crate::occluders::{DOOR_GAP, Occluders, Rectangle, Region, Wall, Way};
 
-/// Bodies are a little smaller than the masonry that they lie in, so pieces are looked at without a border: so many times the
-/// width of gaps that count as closed.
+/// Bodies are a little smaller than the masonry that they lie in, so pieces are looked at without a border where a leaf or a doorway
+/// ends: so many times the width of gaps that count as closed.
 const BORDER: f32 = 2.0;
 /// So many pieces of the plane around a leaf are looked at.
 const MOST_PIECES: usize = 256;
@@ -171,7 +172,7 @@ impl<'a> Screening<'a> {
         }
         self.pieces_left -= 1;
         self.tests_left -= tests;
-        let region = region_of(around.wall, &without_border(*piece, BORDER * tolerance.hole_m));
+        let region = region_of(around.wall, &around.off_joints(piece, BORDER * tolerance.hole_m));
         if around.has_a_wall_over(way, &region, margin_m)
             || self.is_hidden(eye, &region)
             || self.is_hidden(&region, target)
@@ -212,14 +213,35 @@ impl<'a> Leaf<'a> {
         })
     }
 
+    /// A piece without borders where it ends with the leaf or with the doorway.
+    fn off_joints(&self, piece: &Rectangle, border_m: f32) -> Rectangle {
+        [0, 1].map(|axis| {
+            let [low, high] = piece[axis];
+            let middle = 0.5 * (low + high);
+            let border_m = |at: f32| {
+                if self.joints(axis).any(|line| line == at) {
+                    border_m
+                } else {
+                    0.0
+                }
+            };
+            [(low + border_m(low)).min(middle), (high - border_m(high)).max(middle)]
+        })
+    }
+
+    /// Its own ends and the edges of the doorway that it fills, along an axis.
+    fn joints(&self, axis: usize) -> impl Iterator<Item = f32> {
+        let lines = &self.wall.lines[axis];
+        [lines[0], lines[lines.len() - 1]]
+            .into_iter()
+            .chain(self.doorway[axis].iter().copied())
+    }
+
     /// The parts of a rectangle of its plane, cut along its own ends and the edges of the doorway that it fills.
     fn cut(&self, rectangle: &Rectangle) -> Vec<Rectangle> {
         let [across, up] = [0, 1].map(|axis| {
             let [low, high] = rectangle[axis];
-            let lines = &self.wall.lines[axis];
-            let ends = [lines[0], lines[lines.len() - 1]];
-            let inside = ends.into_iter().chain(self.doorway[axis].iter().copied());
-            let inside = inside.filter(|line| low < *line && *line < high);
+            let inside = self.joints(axis).filter(|line| low < *line && *line < high);
             let mut cuts: Vec<_> = inside.chain([low, high]).collect();
             cuts.sort_by(f32::total_cmp);
             cuts.dedup();
@@ -263,13 +285,6 @@ fn doorway(occluders: &Occluders, leaf: &Wall, axis: usize) -> Vec<f32> {
     lines.sort_by(f32::total_cmp);
     lines.dedup();
     lines
-}
-
-fn without_border(rectangle: Rectangle, border_m: f32) -> Rectangle {
-    rectangle.map(|[low, high]| {
-        let middle = 0.5 * (low + high);
-        [(low + border_m).min(middle), (high - border_m).max(middle)]
-    })
 }
 
 fn halves(piece: &Rectangle) -> [Rectangle; 2] {

@@ -8,6 +8,7 @@
 //! the other have a leaf each, since sight lines at a slant pass between them. So what is said of a wall ([`super::wall`]) holds for a
 //! leaf as well, but that its border is grown by the gap that a closed door leaves around itself ([`gap`]).
 
+mod beside;
 mod frame;
 mod gap;
 mod section;
@@ -16,7 +17,9 @@ use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use self::{
+    beside::Neighbour,
     frame::Frame,
+    gap::Grid,
     section::{Section, Solid},
 };
 use super::{Tolerance, Wall, Way, parts::parts, squares};
@@ -42,7 +45,7 @@ pub(super) fn leaves(world: &World, tolerance: Tolerance) -> Vec<Wall> {
         let mut leaves = if triangles.is_empty() {
             Vec::new()
         } else {
-            leaves_of(&triangles, &gap::beside(world, *door), tolerance)
+            leaves_of(&triangles, &beside::beside(world, *door), tolerance)
         };
         leaves.iter_mut().for_each(|leaf| leaf.door = Some(*door));
         leaves
@@ -58,7 +61,7 @@ struct Door {
     /// The box around it: its least and its greatest corner.
     around: [DVec3; 2],
     /// Faces of other things around it.
-    beside: Vec<[DVec3; 3]>,
+    beside: Vec<Neighbour<DVec3>>,
 }
 
 /// A face of no closed part.
@@ -83,22 +86,25 @@ impl Sheet {
 /// A plane of a door: which closed parts it cuts, and which sheets lie in it, with their areas in m².
 struct Plane {
     depth: f64,
+    /// Between these depths it cuts the same closed parts.
+    between: [f64; 2],
     solids: Vec<(usize, f64)>,
     sheets: Vec<(usize, f64)>,
 }
 
 /// The leaves of a door; `beside` are faces of other things around it.
-fn leaves_of(triangles: &[Triangle], beside: &[[Vec3; 3]], tolerance: Tolerance) -> Vec<Wall> {
+fn leaves_of(triangles: &[Triangle], beside: &[Neighbour<Vec3>], tolerance: Tolerance) -> Vec<Wall> {
     let door = Door::of(triangles, beside);
     let planes = door.best(door.planes(tolerance));
     if planes.is_empty() {
         return vec![door.glass()];
     }
-    planes.iter().map(|plane| door.leaf(plane, tolerance)).collect()
+    let framed = planes.into_iter().map(|plane| door.framed(plane, tolerance));
+    framed.map(|plane| door.leaf(&plane, tolerance)).collect()
 }
 
 impl Door {
-    fn of(triangles: &[Triangle], beside: &[[Vec3; 3]]) -> Self {
+    fn of(triangles: &[Triangle], beside: &[Neighbour<Vec3>]) -> Self {
         let frame = Frame::of(triangles);
         let corners = triangles.iter().flat_map(|face| face.corners);
         let around = corners
@@ -108,7 +114,10 @@ impl Door {
             });
         let beside = beside
             .iter()
-            .map(|face| face.map(|corner| frame.place(corner)))
+            .map(|face| Neighbour {
+                corners: face.corners.map(|corner| frame.place(corner)),
+                frames: face.frames,
+            })
             .collect();
         let (mut solids, mut sheets) = (Vec::new(), Vec::new());
         for part in parts(triangles) {
@@ -132,12 +141,9 @@ impl Door {
         let mut corners: Vec<f64> = self.solids.iter().flat_map(Solid::corner_depths).collect();
         corners.sort_by(f64::total_cmp);
         corners.dedup();
-        let mut gaps: Vec<_> = corners
-            .windows(2)
-            .map(|gap| (gap[1] - gap[0], 0.5 * (gap[0] + gap[1])))
-            .collect();
-        gaps.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
-        let through = gaps.into_iter().take(MOST_PLANES).map(|(_, depth)| depth);
+        let mut gaps: Vec<_> = corners.windows(2).map(|gap| [gap[0], gap[1]]).collect();
+        gaps.sort_by(|a, b| (b[1] - b[0]).total_cmp(&(a[1] - a[0])).then(a[0].total_cmp(&b[0])));
+        let through = gaps.into_iter().take(MOST_PLANES);
 
         let level = |sheet: &&Sheet| sheet.hides != [false; 2] && sheet.lies_at(sheet.depths[0], tolerance);
         let mut sheets: Vec<_> = self
@@ -154,16 +160,19 @@ impl Door {
                 along.push(depth);
             }
         }
-        let depths = through.chain(along.into_iter().map(f64::from));
-        depths.map(|depth| self.plane(depth, tolerance)).collect()
+        let depths = through.chain(along.into_iter().map(|depth| [f64::from(depth); 2]));
+        depths
+            .map(|[low, high]| self.plane(0.5 * (low + high), [low, high], tolerance))
+            .collect()
     }
 
-    fn plane(&self, depth: f64, tolerance: Tolerance) -> Plane {
+    fn plane(&self, depth: f64, between: [f64; 2], tolerance: Tolerance) -> Plane {
         let areas = self.solids.iter().map(|solid| solid.section(depth).area_m2());
         let in_it = |(_, sheet): &(usize, &Sheet)| sheet.hides != [false; 2] && sheet.lies_at(depth as f32, tolerance);
         let sheets = self.sheets.iter().enumerate().filter(in_it);
         Plane {
             depth,
+            between,
             solids: areas.enumerate().filter(|(_, area)| *area > 0.0).collect(),
             sheets: sheets.map(|(number, sheet)| (number, sheet.area_m2())).collect(),
         }
@@ -233,7 +242,10 @@ impl Door {
         let gap_m = gap::most_m(longest_m(&lines));
         squares::trim(&mut lines, &mut opaque, gap_m);
         squares::join(&mut lines, &mut opaque);
-        self.close_gap((&mut lines, &opaque), gap_m, tolerance);
+        let mut grid = Grid { lines, opaque };
+        self.close_gap(&mut grid, plane.depth, gap_m, tolerance);
+        let Grid { mut lines, mut opaque } = grid;
+        squares::join(&mut lines, &mut opaque);
         Wall::new(self.frame.normal, plane.depth as f32, self.frame.axes, lines, opaque)
     }
 
