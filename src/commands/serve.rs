@@ -295,3 +295,26 @@ fn stop_on_signals(stopping: CancellationToken) -> anyhow::Result<()> {
     });
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::place::PlaceArgs;
+
+    #[tokio::test]
+    async fn whoever_shall_end_does_not_wait_for_who_does_not_answer() {
+        let silent = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let database = format!("postgres://user@{}/catalogue", silent.local_addr().unwrap());
+        let settings = Settings {
+            place: PlaceArgs {
+                database: Some(database.as_str().into()),
+                ..PlaceArgs::default()
+            },
+            ..Settings::default()
+        };
+        let stopping = CancellationToken::new();
+        stopping.cancel();
+        let served = serve(Config::try_from(settings).unwrap(), stopping, |_| panic!("it listens"));
+        served.await.unwrap();
+    }
+}

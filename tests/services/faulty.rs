@@ -9,6 +9,7 @@ use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
     net::{TcpListener, TcpStream},
 };
+use tokio_util::sync::CancellationToken;
 
 /// What is wrong with answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,6 +19,8 @@ pub(crate) enum Fault {
     Fails,
     /// 500 for every blob that is written.
     TakesNoBlobs,
+    /// Takes connections and says nothing.
+    SaysNothing,
     /// Bodies end in their middle.
     CutsBodies,
     /// A byte of each body is another one.
@@ -59,8 +62,39 @@ impl Faulty {
     }
 }
 
+/// A way to a server that can be cut: connections break, and new ones are closed at once.
+pub(crate) struct Way {
+    pub(crate) address: SocketAddr,
+    cut: CancellationToken,
+}
+
+impl Way {
+    pub(crate) async fn to(server: SocketAddr) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let (address, cut) = (listener.local_addr().unwrap(), CancellationToken::new());
+        let token = cut.clone();
+        tokio::spawn(async move {
+            while let Ok((mut near, _)) = listener.accept().await {
+                tokio::spawn(token.clone().run_until_cancelled_owned(async move {
+                    let mut far = TcpStream::connect(server).await?;
+                    tokio::io::copy_bidirectional(&mut near, &mut far).await
+                }));
+            }
+        });
+        Self { address, cut }
+    }
+
+    pub(crate) fn cut(&self) {
+        self.cut.cancel();
+    }
+}
+
 async fn pass(mut client: TcpStream, server: SocketAddr, fault: Fault) -> std::io::Result<()> {
     let request = message(&mut client).await?;
+    if fault == Fault::SaysNothing {
+        // Until the other end is tired of it.
+        return client.read(&mut [0]).await.map(drop);
+    }
     let blob = request.starts_with(b"PUT ") && has(&request[..request.len().min(1 << 10)], b"/o/");
     if fault == Fault::Fails || (fault == Fault::TakesNoBlobs && blob) {
         let answer = b"HTTP/1.1 500 Internal Server Error\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";

@@ -9,6 +9,7 @@ use serde_json::json;
 
 use crate::{
     away::Postgres,
+    faulty::Way,
     live_wire::ask,
     nats::{Nats, enter, hears_gone, ready, within},
     program::{Data, Server, THREE_ROOMS},
@@ -168,6 +169,41 @@ async fn a_node_that_was_taken_for_dead_parts_from_what_others_have_taken_up() {
     west.address = a.address();
     let pose = json!({"position": [2.6, 1.5, 2.5]});
     assert_eq!(west.put("/pose", &pose).await.status, 421);
+    drop((a, b));
+    database.drop().await;
+}
+
+#[ignore = "needs PostgreSQL and nats-server: make test-services"]
+#[tokio::test(flavor = "multi_thread")]
+async fn a_node_that_has_lost_the_database_alone_keeps_who_is_there_while_others_hear_it() {
+    let (database, nats) = (Database::new().await, Nats::start().await);
+    let data = rooms(&database.url);
+    let (user, rest) = database.url.split_once('@').expect("a user");
+    let (host, name) = rest.split_once('/').expect("a name");
+    let server = host.parse().expect("the address of a database on this machine");
+    let way = Way::to(server).await;
+    let url = format!("{user}@{}/{name}", way.address);
+    let (a, b) = (
+        node(&data, &url, &nats, "a").await,
+        node(&data, &database.url, &nats, "b").await,
+    );
+    let mut west = enter(&a, 2.5, 2.5).await;
+    let east = enter(&b, 3.5, 2.5).await;
+    let mut east_hears = east.listen().await;
+    while east_hears.wait("object-info").await.data["object"] != west.object {}
+    is_kept(&database.url, &west.session, true).await;
+    way.cut();
+    let pose = json!({"position": [2.6, 1.5, 2.5]});
+    // The first time perhaps since its number has just risen, and later although it does not rise any more.
+    for _ in 0..3 {
+        west.address = b.address();
+        let misdirected = west.put("/pose", &pose).await;
+        assert_eq!(misdirected.status, 421, "{misdirected:?}");
+        tokio::time::sleep(Duration::from_secs(3)).await;
+    }
+    assert_eq!(metric(b.address(), TAKEN_UP).await, "0");
+    west.address = a.address();
+    west.stand(json!([2.7, 1.5, 2.5])).await;
     drop((a, b));
     database.drop().await;
 }

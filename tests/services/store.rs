@@ -71,7 +71,12 @@ async fn what_a_faulty_store_says_is_never_taken_for_bytes_nor_kept() {
         .unwrap();
     let (name, bytes) = text();
     store.put(&name, bytes.clone()).await.unwrap();
-    for fault in [Fault::Fails, Fault::CutsBodies, Fault::ChangesBodies] {
+    for fault in [
+        Fault::Fails,
+        Fault::SaysNothing,
+        Fault::CutsBodies,
+        Fault::ChangesBodies,
+    ] {
         faulty.set(fault);
         let error = store.get(&name).await.unwrap_err();
         let expected = match fault {
@@ -79,6 +84,7 @@ async fn what_a_faulty_store_says_is_never_taken_for_bytes_nor_kept() {
             _ => matches!(error, StoreError::Io { .. }),
         };
         assert!(expected, "{fault:?}: {error}");
+        assert!(fault != Fault::SaysNothing || error.was_away(), "{error}");
         assert!(store.in_memory(&name).is_none(), "{fault:?}");
     }
     faulty.set(Fault::None);
