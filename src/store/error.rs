@@ -166,7 +166,7 @@ mod tests {
                 "list its blobs".to_owned(),
                 object_store::Error::Generic { store: "S3", source },
             ));
-            let sentence = crate::commands::sentence(&error.context("cannot open the store"));
+            let sentence = format!("{:#}", error.context("cannot open the store"));
             assert!(sentence.ends_with(told), "{sentence}");
         }
     }

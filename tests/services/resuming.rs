@@ -184,7 +184,7 @@ async fn a_node_that_has_lost_the_database_alone_keeps_who_is_there_while_others
     let way = Way::to(server).await;
     let url = format!("{user}@{}/{name}", way.address);
     let (a, b) = (
-        node(&data, &url, &nats, "a").await,
+        node(&data, &url, &nats, "a").await.may_warn(),
         node(&data, &database.url, &nats, "b").await,
     );
     let mut west = enter(&a, 2.5, 2.5).await;

@@ -140,7 +140,7 @@ fn ktx2(bytes: &[u8]) -> Option<[u32; 2]> {
     const MOST_BYTES: u64 = 6 * (LARGEST_PX as u64).pow(2);
     let field = |i: usize| number(bytes, 12 + 4 * i).map(u32::from_le_bytes);
     let [width, height, levels] = [field(2)?, field(3)?, field(7)?];
-    for level in 0..levels.max(1).min(32) as usize {
+    for level in 0..levels.clamp(1, 32) as usize {
         let field = |i: usize| number(bytes, 80 + 24 * level + 8 * i).map(u64::from_le_bytes);
         let [start, length, unpacked] = [field(0)?, field(1)?, field(2)?];
         if start.checked_add(length)? > bytes.len() as u64 || unpacked > MOST_BYTES {
