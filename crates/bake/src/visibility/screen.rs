@@ -6,10 +6,10 @@
 //! a rectangle. What of it lies beside the leaf, or in its openings, is hidden piece by piece: behind a wall in the same plane,
 //! from the eyes, or from the target. Pieces are halved where that fails.
 //!
-//! Guarantee: conservative as walls are ([`crate::occluders::Wall`]), but for strips of twice [`Tolerance::hole_m`](crate::occluders::Tolerance::hole_m) beside the edges of
-//! a leaf and of its doorway, which are not looked at, and gaps of up to [`DOOR_GAP`] between a leaf and what stands beside it, which
-//! are closed. Cost: a proof where one wall or body does; else a few for each piece, at
-//! most [`MOST_PIECES`] for a leaf, and for all of them together at most [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
+//! Guarantee: conservative as walls are ([`Wall`]), but for strips of [`BORDER`] beside the ends of a leaf, of its doorway and of what
+//! sight lines cross, which are not looked at, and gaps of up to [`DOOR_GAP`] between a leaf and what stands beside it, which are
+//! closed. Cost: a proof where one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf, and for all of
+//! them together at most [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
 
 use std::collections::BTreeSet;
 
@@ -20,8 +20,8 @@ use super::{
 };
 use crate::occluders::{DOOR_GAP, Occluders, Rectangle, Region, Wall, Way};
 
-/// Bodies are a little smaller than the masonry that they lie in, so pieces are looked at without a border where a leaf or a doorway
-/// ends: so many times the width of gaps that count as closed.
+/// Bodies are a little smaller than the masonry that they lie in, so pieces are looked at without a border where a leaf, a doorway or
+/// what sight lines cross ends: so many times the width of gaps that count as closed.
 const BORDER: f32 = 2.0;
 /// So many pieces of the plane around a leaf are looked at.
 const MOST_PIECES: usize = 256;
@@ -43,6 +43,8 @@ pub struct Screening<'a> {
     taken: BTreeSet<u32>,
     pieces_left: usize,
     tests_left: usize,
+    /// Where all sight lines cross the plane of the leaf at hand.
+    crossed: Rectangle,
 }
 
 /// A side of a closed door, and what is known of the walls around it.
@@ -71,6 +73,7 @@ impl<'a> Screening<'a> {
             taken: BTreeSet::new(),
             pieces_left: 0,
             tests_left: 0,
+            crossed: [[0.0; 2]; 2],
         };
         screening.close(closed.to_vec(), steps);
         screening
@@ -141,7 +144,9 @@ impl<'a> Screening<'a> {
         }
         self.pieces_left = MOST_PIECES;
         self.taken = BTreeSet::from([self.leaves[number].door]);
-        let pieces = self.leaves[number].cut(&between(leaf, eye, target));
+        self.crossed = between(leaf, eye, target);
+        let hole_m = self.blocker.occluders.tolerance.hole_m;
+        let pieces = self.leaves[number].cut(&self.crossed, hole_m);
         pieces
             .iter()
             .all(|piece| self.is_stopped(number, way, piece, eye, target))
@@ -172,7 +177,10 @@ impl<'a> Screening<'a> {
         }
         self.pieces_left -= 1;
         self.tests_left -= tests;
-        let region = region_of(around.wall, &around.off_joints(piece, BORDER * tolerance.hole_m));
+        let region = region_of(
+            around.wall,
+            &around.off_joints(piece, &self.crossed, BORDER * tolerance.hole_m),
+        );
         if around.has_a_wall_over(way, &region, margin_m)
             || self.is_hidden(eye, &region)
             || self.is_hidden(&region, target)
@@ -213,18 +221,13 @@ impl<'a> Leaf<'a> {
         })
     }
 
-    /// A piece without borders where it ends with the leaf or with the doorway.
-    fn off_joints(&self, piece: &Rectangle, border_m: f32) -> Rectangle {
+    /// A piece without borders where it ends with the leaf, with the doorway or with what sight lines cross.
+    fn off_joints(&self, piece: &Rectangle, crossed: &Rectangle, border_m: f32) -> Rectangle {
         [0, 1].map(|axis| {
             let [low, high] = piece[axis];
             let middle = 0.5 * (low + high);
-            let border_m = |at: f32| {
-                if self.joints(axis).any(|line| line == at) {
-                    border_m
-                } else {
-                    0.0
-                }
-            };
+            let joints = || self.joints(axis).chain(crossed[axis]);
+            let border_m = |at: f32| if joints().any(|line| line == at) { border_m } else { 0.0 };
             [(low + border_m(low)).min(middle), (high - border_m(high)).max(middle)]
         })
     }
@@ -238,14 +241,18 @@ impl<'a> Leaf<'a> {
     }
 
     /// The parts of a rectangle of its plane, cut along its own ends and the edges of the doorway that it fills.
-    fn cut(&self, rectangle: &Rectangle) -> Vec<Rectangle> {
+    fn cut(&self, rectangle: &Rectangle, hole_m: f32) -> Vec<Rectangle> {
         let [across, up] = [0, 1].map(|axis| {
             let [low, high] = rectangle[axis];
             let inside = self.joints(axis).filter(|line| low < *line && *line < high);
             let mut cuts: Vec<_> = inside.chain([low, high]).collect();
             cuts.sort_by(f32::total_cmp);
             cuts.dedup();
-            cuts.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>()
+            // Rounding leaves slivers beside a leaf that ends with a doorway or with the floor.
+            let is_joint = |at: f32| low < at && at < high;
+            let is_sliver = |ends: &[f32]| (is_joint(ends[0]) || is_joint(ends[1])) && ends[1] - ends[0] <= hole_m;
+            let pieces = cuts.windows(2).filter(|ends| !is_sliver(ends));
+            pieces.map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>()
         });
         across.iter().flat_map(|u| up.iter().map(move |v| [*u, *v])).collect()
     }
