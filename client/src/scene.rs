@@ -36,6 +36,9 @@ struct FormatOnly {
     format: u32,
 }
 
+/// Documents that have been read, each of the type that its place in the index says.
+type Documents = HashMap<BlobName, Arc<dyn Any + Send + Sync>>;
+
 /// Why a document of an index could not be had.
 #[derive(Debug)]
 struct Loss {
@@ -58,7 +61,9 @@ pub struct Scene<S> {
     pointer: Pointer,
     manifest: Manifest,
     /// Pages and chunks that were read.
-    index: Mutex<HashMap<BlobName, Arc<dyn Any + Send + Sync>>>,
+    index: Mutex<Documents>,
+    /// Those of the revision before, of which some may be in this one as well.
+    inherited: Mutex<Documents>,
     /// Those that could not be had.
     lost: Mutex<HashMap<BlobName, Loss>>,
     /// Whether one of them was gone since somebody last asked.
@@ -87,6 +92,7 @@ impl<S: ByteSource> Scene<S> {
             manifest: document(&path, manifest)?,
             pointer,
             index: Mutex::default(),
+            inherited: Mutex::default(),
             lost: Mutex::default(),
             missed: AtomicBool::new(false),
             gives_up: false,
@@ -145,7 +151,7 @@ impl<S: ByteSource> Scene<S> {
         let mut index = self.index.lock().await.clone();
         // Whose objects a population names depends on where it hangs in the index.
         index.retain(|_, document| !document.is::<Population>());
-        (newer.index, newer.gives_up) = (Mutex::new(index), self.gives_up);
+        (newer.inherited, newer.gives_up) = (Mutex::new(index), self.gives_up);
         Ok(Some(newer))
     }
 
@@ -329,7 +335,7 @@ impl<S: ByteSource> Scene<S> {
 
     /// Whether a document of an index has been read.
     pub(crate) async fn is_read(&self, name: &BlobName) -> bool {
-        self.index.lock().await.contains_key(name)
+        self.index.lock().await.contains_key(name) || self.inherited.lock().await.contains_key(name)
     }
 
     /// An immutable object, verified against the hash in its name.
@@ -384,7 +390,11 @@ impl<S: ByteSource> Scene<S> {
         if let Some(Ok(document)) = known.map(Arc::downcast) {
             return Ok(document);
         }
-        let read = Arc::new(self.remembered(name, bytes, read).await?);
+        let inherited = self.inherited.lock().await.remove(name).map(Arc::downcast);
+        let read = match inherited {
+            Some(Ok(document)) => document,
+            _ => Arc::new(self.remembered(name, bytes, read).await?),
+        };
         self.index.lock().await.insert(name.clone(), read.clone());
         Ok(read)
     }

@@ -120,8 +120,9 @@ impl Catalogue {
             }
         }
         know_drivers();
-        // Whoever has it open now keeps it, and nothing is made beside it.
-        let options = at(&file, "ro&immutable=true")?;
+        // Nothing is made beside it. What somebody writes just now is in the log beside it.
+        let is_in_use = data.join(format!("{FILE_NAME}-wal")).exists();
+        let options = at(&file, if is_in_use { "ro" } else { "ro&immutable=true" })?;
         let reading = async {
             let mut connection = AnyConnection::connect_with(&options).await?;
             connection.execute("SELECT count(*) FROM sqlite_master").await?;

@@ -305,7 +305,7 @@ impl Connection {
                 return GoesOn::Elsewhere(Box::pin(async move {
                     let (talk, cork) = stream;
                     let (io, peer) = self.watched(talk, address);
-                    self.ask_hyper(io, peer, (true, cork)).await;
+                    self.ask_hyper(io, peer, (true, cork), true).await;
                     GoesOn::Over
                 }));
             }
@@ -322,7 +322,7 @@ impl Connection {
                 Ok(Outcome::NotSimple { first }) => {
                     return GoesOn::Elsewhere(Box::pin(async move {
                         match direct.leave().await {
-                            Ok((io, peer)) => self.ask_hyper(io, peer, (first, None)).await,
+                            Ok((io, peer)) => self.ask_hyper(io, peer, (first, None), false).await,
                             Err(error) => tracing::debug!(%error, "a connection ended early"),
                         }
                         GoesOn::Over
@@ -346,8 +346,9 @@ impl Connection {
         }
     }
 
-    /// Leaves a connection to hyper; says whether nothing has been read of it, and by what its frames are held back.
-    async fn ask_hyper<S>(mut self, stream: S, peer: Peer, (first, cork): (bool, Option<Cork>))
+    /// Leaves a connection to hyper, given whether nothing has been read of it, by what its frames are held back, and whether it is
+    /// on an event loop.
+    async fn ask_hyper<S>(mut self, stream: S, peer: Peer, (first, cork): (bool, Option<Cork>), on_a_loop: bool)
     where
         S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
     {
@@ -360,7 +361,15 @@ impl Connection {
                 cork.begin();
             }
             let (front, peer, shared) = (self.front.clone(), peer.clone(), self.shared.clone());
-            async move { front.answer_beside(request, peer, &shared).await.map(date::dated) }
+            async move {
+                let answer = if on_a_loop {
+                    front.answer_beside(request, peer, &shared).await
+                } else {
+                    let Ok(answer) = front.answer(request, &peer).await;
+                    Ok(answer)
+                };
+                answer.map(date::dated)
+            }
         });
         let mut serving = pin!(builder.serve_connection(TokioIo::new(stream), answer));
         let mut stopped = false;

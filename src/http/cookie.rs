@@ -62,8 +62,10 @@ fn is_of_our_origin(parts: &Parts) -> bool {
             .zip(host)
             .is_some_and(|(theirs, ours)| theirs.as_str().eq_ignore_ascii_case(ours))
     };
-    let mut origins = parts.headers.get_all(header::ORIGIN).iter();
-    origins.all(|origin| origin.to_str().is_ok_and(ours))
+    // A picture on a foreign page is asked for without an origin, but with the address of the page.
+    let said = [header::ORIGIN, header::REFERER];
+    let mut said = said.iter().flat_map(|name| parts.headers.get_all(name));
+    said.all(|page| page.to_str().is_ok_and(ours))
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! Which threads answer plain connections? One for each core, with an event loop of its own, so that connections are not handed
+//! Which threads answer connections? One for each core, with an event loop of its own, so that connections are not handed
 //! from thread to thread and no thread wakes another one for them: each reads and answers all that has come, then waits for more.
 //!
 //! What takes longer than a look into memory is not done here but on the runtime that all else shares: no answer of the
-//! router keeps the other connections waiting.
+//! router, and no agreeing on keys, keeps the other connections waiting. Records of TLS are read and written here.
 
 use std::{
     io,

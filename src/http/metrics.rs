@@ -326,15 +326,15 @@ impl Metrics {
 
     /// An immutable object was answered from memory.
     pub(super) fn immutable(&self, status: StatusCode, body_bytes: u64, took: Duration) {
-        self.from_memory(&self.inner.immutable, (status, body_bytes), took);
+        self.answered_from_memory(&self.inner.immutable, (status, body_bytes), took);
     }
 
     /// A bundle was answered from memory.
     pub(super) fn bundle(&self, status: StatusCode, body_bytes: u64, took: Duration) {
-        self.from_memory(&self.inner.bundles, (status, body_bytes), took);
+        self.answered_from_memory(&self.inner.bundles, (status, body_bytes), took);
     }
 
-    fn from_memory(&self, route: &FromMemory, (status, body_bytes): (StatusCode, u64), took: Duration) {
+    fn answered_from_memory(&self, route: &FromMemory, (status, body_bytes): (StatusCode, u64), took: Duration) {
         match status {
             StatusCode::PARTIAL_CONTENT => &route.slices,
             StatusCode::NOT_MODIFIED => &route.unchanged,

@@ -32,13 +32,16 @@ impl DoorPace {
         self.forget(now_ms);
         let new = |(many, per_s)| (Bucket::full(many, per_s, now_ms), now_ms);
         let all = self.all.entry(token).or_insert_with(|| new(ALL_DOORS));
-        let one = self.each.entry((token, door)).or_insert_with(|| new(ONE_DOOR));
-        for (bucket, taken_ms) in [one, all] {
-            *taken_ms = now_ms;
-            if !bucket.take(1.0, now_ms) {
-                return Err(bucket.wait_ms(1.0));
-            }
+        let mut after = *all;
+        if !after.0.take(1.0, now_ms) {
+            return Err(after.0.wait_ms(1.0));
         }
+        let one = self.each.entry((token, door)).or_insert_with(|| new(ONE_DOOR));
+        one.1 = now_ms;
+        if !one.0.take(1.0, now_ms) {
+            return Err(one.0.wait_ms(1.0));
+        }
+        *all = (after.0, now_ms);
         Ok(())
     }
 
@@ -85,6 +88,19 @@ mod tests {
         assert_eq!(closed, 200);
         let closed = (0..1_000).filter(|i| pace.take(token, door(*i), 1_000).is_ok()).count();
         assert_eq!(closed, 20);
+    }
+
+    #[test]
+    fn a_door_that_waited_for_others_has_moved_no_more_often_for_that() {
+        let token = Token::random().unwrap();
+        let mut pace = DoorPace::default();
+        (0..200).for_each(|i| pace.take(token, door(i), 0).unwrap());
+        for _ in 0..100 {
+            assert!(pace.take(token, door(200), 0).unwrap_err() <= 50);
+        }
+        assert_eq!(pace.each.len(), 200);
+        let moved = (0..10).filter(|_| pace.take(token, door(200), 5_000).is_ok()).count();
+        assert_eq!(moved, 6);
     }
 
     #[test]

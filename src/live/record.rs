@@ -15,7 +15,7 @@ use std::{
 use belvedere_scene::SceneName;
 use tokio::sync::{mpsc, oneshot};
 
-const MAGIC: [u8; 6] = *b"BVRE\x02\x00";
+const MAGIC: [u8; 6] = *b"BVRE\x03\x00";
 /// A block may take so much, packed or not.
 const MOST_BYTES: usize = 256 << 20;
 /// So many blocks may wait for the disk before scenes do.

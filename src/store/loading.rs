@@ -49,7 +49,10 @@ impl BlobStore {
                 aside(move || from_files(&path, &name)?.ok_or(None)?.checked(&name).map_err(Some)).await?
             }
             None => {
-                let (stored, name) = (self.from_bucket(name).await.map_err(Some)?.ok_or(None)?, name.clone());
+                let (stored, name) = (
+                    self.read_from_bucket(name).await.map_err(Some)?.ok_or(None)?,
+                    name.clone(),
+                );
                 aside(move || stored.checked(&name)).await.map_err(Some)?
             }
         };
@@ -69,7 +72,7 @@ impl BlobStore {
         Ok(Arc::new(forms))
     }
 
-    async fn from_bucket(&self, name: &BlobName) -> Result<Option<Stored>, StoreError> {
+    async fn read_from_bucket(&self, name: &BlobName) -> Result<Option<Stored>, StoreError> {
         let Some(identity) = self.read(&identity_key(name)).await? else {
             return Ok(None);
         };

@@ -42,10 +42,13 @@ pub(super) struct Inheritance {
 }
 
 impl Inheritance {
-    fn of(files: &HashMap<Key, Bytes>) -> Self {
+    /// The same, and these files.
+    fn with(&self, files: &HashMap<Key, Bytes>) -> Self {
+        let mut all = self.files.clone();
+        all.extend(files.iter().map(|(key, bytes)| (*key, bytes.clone())));
         Self {
-            files: files.iter().map(|(key, bytes)| (*key, bytes.clone())).collect(),
-            bytes: files.values().map(|bytes| bytes.len() as u64).sum(),
+            bytes: all.values().map(|bytes| bytes.len() as u64).sum(),
+            files: all,
         }
     }
 
@@ -81,7 +84,7 @@ fn files_of(grade: Grade, model: &Model, stock: &impl Stock) -> Vec<FileRef> {
 }
 
 impl<S: ByteSource + 'static> Explorer<S> {
-    /// The revision in which the scene was published since, as far as that was found out; [`Event::Superseded`] tells when it is.
+    /// The first revision in which the scene was found to be published since; [`Event::Superseded`] tells when it is.
     #[must_use]
     pub fn newer_revision(&self) -> Option<Revision> {
         self.lookout.newer
@@ -104,7 +107,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
             return Ok(None);
         };
         let mut successor = Self::new(scene, self.options);
-        successor.inheritance = Inheritance::of(&self.files);
+        successor.inheritance = self.inheritance.with(&self.files);
         successor.manners = self.manners.clone();
         (successor.meter, successor.started) = (self.meter, self.started);
         successor.make_room();

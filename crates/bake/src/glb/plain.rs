@@ -161,10 +161,12 @@ fn names(root: &Map<String, Value>) -> BTreeMap<usize, String> {
 /// Rows of an attribute as floats with their stride; `None` when they may stay as they are.
 fn floats(name: &str, accessor: &mut Value, view: &View, place: &Place) -> Option<(Vec<u8>, Option<usize>)> {
     let component = accessor.get("componentType")?.as_u64()?;
-    let rows = view.bytes.chunks_exact(view.stride?);
+    // What is no row that the bake writes stays as it is.
+    let rows = |bytes: usize| Some(view.bytes.chunks_exact(view.stride.filter(|stride| *stride >= bytes)?));
     let values: Vec<Vec<f32>> = if name == "POSITION" && component == u64::from(UNSIGNED_SHORT) {
         let coordinate = |row: &[u8], a: usize| f64::from(u16::from_le_bytes([row[2 * a], row[2 * a + 1]]));
         let place = |a: usize, x: f64| (x * place.scale + place.translation[a]) as f32;
+        let rows = rows(6)?;
         for end in ["min", "max"] {
             for (a, x) in accessor.get_mut(end)?.as_array_mut()?.iter_mut().enumerate() {
                 *x = json!(f64::from(place(a, x.as_f64()?)));
@@ -174,7 +176,7 @@ fn floats(name: &str, accessor: &mut Value, view: &View, place: &Place) -> Optio
         rows.map(row).collect()
     } else if matches!(name, "NORMAL" | "TANGENT") && component == u64::from(BYTE) {
         let width = if name == "NORMAL" { 3 } else { 4 };
-        rows.map(|row| unit(row, width)).collect()
+        rows(4)?.map(|row| unit(row, width)).collect()
     } else {
         return None;
     };

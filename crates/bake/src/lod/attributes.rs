@@ -14,7 +14,7 @@ use crate::source::Primitive;
 const NORMAL: Range<usize> = 0..3;
 const TANGENT: Range<usize> = 3..6;
 const COLOR: Range<usize> = 6..10;
-/// The bits of a material's number, so that any two differ by at least one.
+/// The digits of a material's number, so that any two differ by at least one.
 const MATERIAL: Range<usize> = 10..16;
 /// Where the sets of texture coordinates begin.
 const UV: usize = 16;
@@ -42,13 +42,16 @@ impl Attributes {
         let weights = weights(primitives, sets.min(MOST_UV_SETS));
         let mut rows = vec![0.0; weights.len() * primitives.iter().map(|p| p.positions.len()).sum::<usize>()];
         let materials = numbered(primitives);
+        let base = digits_for(materials.len());
         let mut of_vertices = rows.chunks_exact_mut(weights.len());
         for primitive in primitives {
             let material = materials.partition_point(|m| *m < primitive.material);
             for (v, row) in (0..primitive.positions.len()).zip(&mut of_vertices) {
                 read(primitive, v, row);
-                for (bit, x) in row[MATERIAL].iter_mut().enumerate() {
-                    *x = (material >> bit & 1) as f32;
+                let mut left = material;
+                for digit in &mut row[MATERIAL] {
+                    *digit = (left % base) as f32;
+                    left /= base;
                 }
             }
         }
@@ -68,6 +71,12 @@ fn numbered(primitives: &[Primitive]) -> Vec<Option<usize>> {
     materials
 }
 
+/// The least base, from two on, in which so many numbers have as many digits as there is room for.
+fn digits_for(materials: usize) -> usize {
+    let fits = |base: &usize| base.pow(MATERIAL.len() as u32) >= materials;
+    (2..).find(fits).unwrap_or(materials)
+}
+
 fn weights(primitives: &[Primitive], sets: usize) -> Vec<f32> {
     let mut weights = vec![0.0; UV + 2 * sets];
     let mut weigh = |columns: Range<usize>, is_there: fn(&Primitive) -> bool, weight: f32| {
@@ -79,8 +88,8 @@ fn weights(primitives: &[Primitive], sets: usize) -> Vec<f32> {
     weigh(TANGENT, |p| !p.tangents.is_empty(), FOLLOWING_WEIGHT);
     weigh(COLOR, |p| !p.colors.is_empty(), COLOR_WEIGHT);
     let materials = numbered(primitives).len();
-    let bits = (materials.next_power_of_two().ilog2() as usize).min(MATERIAL.len());
-    weights[MATERIAL][..bits].fill(MATERIAL_WEIGHT);
+    let digits = (materials.next_power_of_two().ilog2() as usize).min(MATERIAL.len());
+    weights[MATERIAL][..digits].fill(MATERIAL_WEIGHT);
     for set in 0..sets {
         let uvs = primitives.iter().filter_map(|p| p.uvs.get(set)).flatten();
         let (low, high) = bounds(uvs);

@@ -8,7 +8,7 @@
 use super::{sampler::Sighting, screen::Screening, surroundings::Surroundings};
 use crate::occluders::Region;
 
-/// A proof that one door hides one object takes at most so many tests of a wall.
+/// A proof that one door hides one object takes at most so many tests of a wall, and so many for parts of the cell.
 const STEPS: u32 = 1500;
 /// How often the cell is halved where a proof for all of it fails.
 const HALVINGS: u32 = 3;
@@ -50,7 +50,10 @@ impl<'a> Marker<'a> {
         let hides = |door: &&u32| {
             **door != number && blocker.door_is_on(**door, from, to) && {
                 screening.close(vec![**door], STEPS);
-                hides(screening, eye, target, HALVINGS)
+                screening.hides(eye, target).is_some() || {
+                    screening.close(vec![**door], STEPS);
+                    halves_are_hidden(screening, eye, target, HALVINGS)
+                }
             }
         };
         let doors = self.doors.iter().filter(hides);
@@ -58,14 +61,12 @@ impl<'a> Marker<'a> {
     }
 }
 
-/// Whether closed doors hide the target from the region, or from so many halves of halves of it.
-fn hides(screening: &mut Screening<'_>, eye: &Region, target: &Region, halvings: u32) -> bool {
-    screening.hides(eye, target).is_some()
-        || halvings > 0
-            && eye
-                .halves()
-                .iter()
-                .all(|half| hides(screening, half, target, halvings - 1))
+/// Whether closed doors hide the target from both halves of the region, or from halves of these, so often.
+fn halves_are_hidden(screening: &mut Screening<'_>, eye: &Region, target: &Region, halvings: u32) -> bool {
+    halvings > 0
+        && eye.halves().iter().all(|half| {
+            screening.hides(half, target).is_some() || halves_are_hidden(screening, half, target, halvings - 1)
+        })
 }
 
 #[cfg(test)]
