@@ -72,6 +72,18 @@ impl BlobStore {
         Ok(Arc::new(forms))
     }
 
+    /// Whether a blob is there with just these bytes, and no variant of it is damaged.
+    pub(super) async fn holds(&self, name: &BlobName, bytes: &Bytes) -> Result<bool, StoreError> {
+        if self.stored_len(name).await? != Some(bytes.len() as u64) {
+            return Ok(false);
+        }
+        let Some(folder) = &self.inner.folder else {
+            return Ok(true);
+        };
+        let (path, name, bytes) = (folder.path.clone(), name.clone(), bytes.clone());
+        aside(move || Ok(from_files(&path, &name)?.is_some_and(|stored| stored.is_whole(&bytes)))).await
+    }
+
     async fn read_from_bucket(&self, name: &BlobName) -> Result<Option<Stored>, StoreError> {
         let Some(identity) = self.read(&identity_key(name)).await? else {
             return Ok(None);
@@ -94,9 +106,9 @@ impl BlobStore {
 }
 
 /// Leaves something that takes a while to the blocking pool.
-async fn aside<T: Send + 'static>(errand: impl FnOnce() -> T + Send + 'static) -> T {
+pub(super) async fn aside<T: Send + 'static>(errand: impl FnOnce() -> T + Send + 'static) -> T {
     let done = tokio::task::spawn_blocking(errand).await;
-    done.expect("reading and checking do not panic and are not aborted")
+    done.expect("what reads, checks or encodes does not panic and is not aborted")
 }
 
 fn from_files(folder: &Path, name: &BlobName) -> Result<Option<Stored>, StoreError> {
@@ -122,6 +134,12 @@ fn file(folder: &Path, name: &str) -> Result<Option<Bytes>, StoreError> {
 }
 
 impl Stored {
+    /// Whether it is these bytes, and every variant is of them.
+    fn is_whole(&self, bytes: &Bytes) -> bool {
+        let mut variants = self.variants.iter();
+        self.identity == *bytes && variants.all(|(coding, variant)| coding.decodes_to(variant, bytes))
+    }
+
     /// All forms that are whole, and which are not.
     fn checked(self, name: &BlobName) -> Result<(Representations, Vec<Coding>), StoreError> {
         let Self { identity, variants } = self;

@@ -51,6 +51,7 @@ pub use error::StoreError;
 use error::io;
 use forms::ByBytes;
 pub use forms::{Derived, Representation, Representations};
+use loading::aside;
 pub use tree::BucketTree;
 pub use unfinished::Unfinished;
 use unfinished::generic;
@@ -131,9 +132,7 @@ impl BlobStore {
             return Ok(PutOutcome::AlreadyThere);
         }
         let (owned, input) = (name.clone(), bytes.clone());
-        let variants = tokio::task::spawn_blocking(move || variants_of(&owned, &input))
-            .await
-            .expect("encoding does not panic and is not aborted")?;
+        let variants = aside(move || variants_of(&owned, &input)).await?;
         let stored_bytes = len + variants.iter().map(|(_, variant)| variant.len() as u64).sum::<u64>();
         let writing = variants
             .into_iter()
@@ -179,10 +178,8 @@ impl BlobStore {
         else {
             return Ok(());
         };
-        let synced = tokio::task::spawn_blocking(move || sync::all(&folder)).await;
-        synced
-            .expect("syncing does not panic and is not aborted")
-            .map_err(|e| io("write its blobs out to the disk".to_owned(), generic(e)))
+        let synced = aside(move || sync::all(&folder)).await;
+        synced.map_err(|e| io("write its blobs out to the disk".to_owned(), generic(e)))
     }
 
     /// How many bytes are stored of a blob; `None` when there is no such blob.
@@ -294,27 +291,6 @@ impl BlobStore {
         }
     }
 
-    /// Whether a blob is there with just these bytes, and no variant of it is damaged.
-    async fn holds(&self, name: &BlobName, bytes: &Bytes) -> Result<bool, StoreError> {
-        if self.stored_len(name).await? != Some(bytes.len() as u64) {
-            return Ok(false);
-        }
-        if self.inner.folder.is_none() {
-            return Ok(true);
-        }
-        if self.read(&identity_key(name)).await?.as_ref() != Some(bytes) {
-            return Ok(false);
-        }
-        for coding in Coding::ALL {
-            if let Some(variant) = self.read(&variant_key(name, coding)).await?
-                && !decodes_to(coding, &variant, bytes).await
-            {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    }
-
     async fn read(&self, key: &Key) -> Result<Option<Bytes>, StoreError> {
         let failed = |source| io(format!("read {key}"), source);
         match self.inner.objects.get(key).await {
@@ -335,12 +311,6 @@ impl BlobStore {
         let written = self.inner.objects.put_opts(key, bytes.into(), options).await;
         written.map(drop).map_err(|source| io(format!("write {key}"), source))
     }
-}
-
-async fn decodes_to(coding: Coding, variant: &Bytes, identity: &Bytes) -> bool {
-    let (variant, identity) = (variant.clone(), identity.clone());
-    let right = tokio::task::spawn_blocking(move || coding.decodes_to(&variant, &identity)).await;
-    right.expect("decoding does not panic and is not aborted")
 }
 
 fn identity_key(name: &BlobName) -> Key {

@@ -176,7 +176,7 @@ fn clip(faces: &mut Vec<Face>, index: usize, normal: DVec3, offset: f64, near: f
 }
 
 /// The part of a convex polygon where a height is not positive. Points within `near` of zero lie on the plane.
-pub(super) fn clipped(polygon: &[DVec3], height: &impl Fn(&DVec3) -> f64, near: f64) -> Vec<DVec3> {
+pub(crate) fn clipped(polygon: &[DVec3], height: &impl Fn(&DVec3) -> f64, near: f64) -> Vec<DVec3> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (i, a) in polygon.iter().enumerate() {
         let b = &polygon[(i + 1) % polygon.len()];

@@ -53,6 +53,7 @@ use crate::{
 };
 use grid::Grid;
 pub use hull::CellHull;
+pub(crate) use hull::clipped;
 use partition::Tree;
 pub use rejoin::{Look, Partition};
 pub use view_cell::{CellGraph, Portal, ViewCell};

@@ -6,7 +6,7 @@
 use glam::{DVec3, Vec3};
 
 use super::{super::Tolerance, Door, Plane, gap::most_m};
-use crate::world::World;
+use crate::{cells::clipped, world::World};
 
 /// A plane may be moved to the depths of so many faces, or between them.
 const MOST_DEPTHS: usize = 32;
@@ -63,23 +63,8 @@ pub(super) fn pieces(faces: &[Neighbour<DVec3>], depth: f64, tolerance: Toleranc
 
 /// The part of a convex polygon between two planes across an axis.
 pub(super) fn within(polygon: &[DVec3], axis: usize, [low, high]: [f64; 2]) -> Vec<DVec3> {
-    clipped(&clipped(polygon, |p| p[axis] - low), |p| high - p[axis])
-}
-
-/// The part of a convex polygon where a linear function is not negative.
-fn clipped(polygon: &[DVec3], height: impl Fn(&DVec3) -> f64) -> Vec<DVec3> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (i, a) in polygon.iter().enumerate() {
-        let b = polygon[(i + 1) % polygon.len()];
-        let (here, there) = (height(a), height(&b));
-        if here >= 0.0 {
-            kept.push(*a);
-        }
-        if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
-            kept.push(a.lerp(b, here / (here - there)));
-        }
-    }
-    kept
+    let above = clipped(polygon, &|p: &DVec3| low - p[axis], 0.0);
+    clipped(&above, &|p: &DVec3| p[axis] - high, 0.0)
 }
 
 /// From where to where a polygon reaches along an axis.
