@@ -41,37 +41,48 @@ impl Manners {
 /// Who looks at files while they come ([`crate::Watch`]).
 pub(crate) type WatchFiles<'a> = dyn FnMut(&FileRef, &[u8]) + Send + 'a;
 
-/// Fetches all files of an order; each is here or has its own error. `ends` says at which byte of its stream a rung ends. Of objects
-/// that come alone one can `watch` what is here, before it is verified.
+/// What came of an order.
+pub(crate) struct Fetched {
+    /// Each is here or has its own error.
+    pub(crate) files: Vec<(FileRef, Result<Bytes, Error>)>,
+    /// Bytes that a line had to carry: none of what was kept.
+    pub(crate) carried: u64,
+}
+
+/// Fetches all files of an order. `ends` says at which byte of its stream a rung ends. Of objects that come alone one can `watch` what
+/// is here, before it is verified.
 pub(crate) async fn fetch<S: ByteSource>(
     scene: &Scene<S>,
     manners: &Manners,
     order: &Order,
     ends: impl Fn(&RungName) -> Option<u64>,
     watch: &mut WatchFiles<'_>,
-) -> Vec<(FileRef, Result<Bytes, Error>)> {
-    let mut found = Vec::with_capacity(order.files.len());
-    let together = match &order.files[..] {
-        [_] => vec![None],
+) -> Fetched {
+    let mut files = Vec::with_capacity(order.files.len());
+    let (together, mut carried) = match &order.files[..] {
+        [_] => (vec![None], 0),
         files => members(scene, manners, order, files).await,
     };
     for (file, member) in order.files.iter().zip(together) {
         let bytes = match member {
             Some(bytes) => Ok(bytes),
-            None => alone(scene, manners, file, &ends, watch).await,
+            None => alone(scene, manners, file, &ends, watch).await.map(|(bytes, came)| {
+                carried += came;
+                bytes
+            }),
         };
-        found.push((file.clone(), bytes));
+        files.push((file.clone(), bytes));
     }
-    found
+    Fetched { files, carried }
 }
 
-/// The files of a bundle that are kept already, and those of what is left of it that came as they should.
+/// The files of a bundle that are kept already, and those of what is left of it that came as they should; what a line carried of these.
 async fn members<S: ByteSource>(
     scene: &Scene<S>,
     manners: &Manners,
     order: &Order,
     files: &[FileRef],
-) -> Vec<Option<Bytes>> {
+) -> (Vec<Option<Bytes>>, u64) {
     let mut found = Vec::with_capacity(files.len());
     for file in files {
         let kept = scene.source().kept(&file.name.path(), file.bytes).await;
@@ -82,12 +93,13 @@ async fn members<S: ByteSource>(
         files: away.map(|(file, _)| file.clone()).collect(),
         wish: order.wish,
     };
-    if rest.files.len() > 1 {
-        let mut came = bundle(scene, manners, &rest).await.into_iter();
-        let missing = found.iter_mut().filter(|file| file.is_none());
-        missing.for_each(|file| *file = came.next().flatten());
+    if rest.files.len() < 2 {
+        return (found, 0);
     }
-    found
+    let (came, carried) = bundle(scene, manners, &rest).await;
+    let missing = found.iter_mut().filter(|file| file.is_none());
+    missing.zip(came).for_each(|(file, came)| *file = came);
+    (found, carried)
 }
 
 /// Whether bytes are a file, as far as they tell by themselves.
@@ -95,22 +107,21 @@ fn is_right(file: &FileRef, bytes: &Bytes) -> bool {
     bytes.len() as u64 == file.bytes && file.name.may_be(bytes)
 }
 
-/// The members of a bundle, those that came as they should.
-async fn bundle<S: ByteSource>(scene: &Scene<S>, manners: &Manners, order: &Order) -> Vec<Option<Bytes>> {
+/// The members of a bundle, those that came as they should; what a line carried of it.
+async fn bundle<S: ByteSource>(scene: &Scene<S>, manners: &Manners, order: &Order) -> (Vec<Option<Bytes>>, u64) {
     let path = order.path();
     let ask = Ask::of(&path).having(Some(bundles::bytes_of(&order.files)));
     let answer = scene.source().get_watched(ask, &mut unwatched).await;
-    let answer = answer.map(|(bytes, _)| bytes);
     let count = order.files.len();
-    let members = match &answer {
-        Ok(bytes) => bundles::members_of(bytes, count),
-        Err(_) => None,
+    let (members, carried) = match &answer {
+        Ok((bytes, carried)) => (bundles::members_of(bytes, count), *carried),
+        Err(_) => (None, 0),
     };
     let passes = answer.as_ref().is_err_and(Error::is_transient);
     let Some(members) = members else {
         // What the server cannot answer so once, it is not asked so again.
         manners.bundles_refused.fetch_or(!passes, Ordering::Relaxed);
-        return vec![None; count];
+        return (vec![None; count], carried);
     };
     let mut right = Vec::with_capacity(count);
     for (file, bytes) in order.files.iter().zip(members) {
@@ -120,7 +131,7 @@ async fn bundle<S: ByteSource>(scene: &Scene<S>, manners: &Manners, order: &Orde
         }
         right.push(right_bytes);
     }
-    right
+    (right, carried)
 }
 
 async fn alone<S: ByteSource>(
@@ -129,19 +140,19 @@ async fn alone<S: ByteSource>(
     file: &FileRef,
     ends: impl Fn(&RungName) -> Option<u64>,
     watch: &mut WatchFiles<'_>,
-) -> Result<Bytes, Error> {
-    let bytes = match &file.name {
+) -> Result<(Bytes, u64), Error> {
+    let (bytes, carried) = match &file.name {
         FileName::Object(name) => {
             let mut watch = |so_far: &[u8]| watch(file, so_far);
             let url = name.url();
             let ask = Ask::of(&url).having(Some(file.bytes));
-            let (bytes, _) = scene.source().get_watched(ask, &mut watch).await?;
-            as_promised(name, bytes)?
+            let (bytes, carried) = scene.source().get_watched(ask, &mut watch).await?;
+            (as_promised(name, bytes)?, carried)
         }
         FileName::Rung(rung) => rung_of(scene, manners, rung, file.bytes, ends(rung)).await?,
     };
     if bytes.len() as u64 == file.bytes {
-        return Ok(bytes);
+        return Ok((bytes, carried));
     }
     Err(Error::Length {
         path: file.name.path(),
@@ -150,14 +161,14 @@ async fn alone<S: ByteSource>(
     })
 }
 
-/// A rung from its own address, or so many bytes of its stream up to where it ends.
+/// A rung from its own address, or so many bytes of its stream up to where it ends; and what a line carried of it.
 async fn rung_of<S: ByteSource>(
     scene: &Scene<S>,
     manners: &Manners,
     rung: &RungName,
     bytes: u64,
     end: Option<u64>,
-) -> Result<Bytes, Error> {
+) -> Result<(Bytes, u64), Error> {
     let path = rung.to_string();
     let mut answer = Err(Error::Missing(path.clone()));
     if !manners.ranges.load(Ordering::Relaxed) {
@@ -174,7 +185,7 @@ async fn rung_of<S: ByteSource>(
         let is_wrong = matches!(answer, Err(Error::Range { .. }));
         manners.ranges_refused.fetch_or(is_wrong, Ordering::Relaxed);
     }
-    answer.map(|(bytes, _)| bytes)
+    answer
 }
 
 /// Rungs that have come, until their streams are whole.

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     ByteSource, Error,
     atlas::{self, Place, Uses},
-    fetch,
+    fetch::{self, Fetched},
     strategy::{
         file::{FileName, FileRef, Key},
         order::Order,
@@ -25,7 +25,7 @@ pub(super) enum Brought {
     /// What is known of a cell, what of it could not be read, and what it was read for.
     Place(Box<Place>, Vec<Error>, Uses),
     NoPlace(CellId, Error),
-    Files(Vec<(FileRef, Result<Bytes, Error>)>),
+    Files(Fetched),
     /// The revision that took the place of this one, if any.
     Newer(Result<Option<Revision>, Error>),
 }
@@ -60,7 +60,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 Ok(entry) => entry,
                 Err(cell) => match scene.cell(cell).await {
                     Ok(Some(entry)) => entry,
-                    Ok(None) => return Brought::NoPlace(cell, Error::NoCells),
+                    Ok(None) => return Brought::NoPlace(cell, Error::NoCell(cell)),
                     Err(cause) => return Brought::NoPlace(cell, cause),
                 },
             };
@@ -104,10 +104,11 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 self.lose(cause, |losses| _ = losses.cells.insert(cell));
                 self.unfound.insert(cell);
             }
-            Brought::Files(files) => {
-                if let Some(one) = under_way {
+            Brought::Files(Fetched { files, carried }) => {
+                // What was kept on disk, and what failed, says nothing of the line.
+                if let Some(one) = under_way.filter(|_| carried > 0) {
                     let came_s = self.started.elapsed().as_secs_f64();
-                    self.meter.came(one.asked_s, came_s, one.order.line_bytes());
+                    self.meter.came(one.asked_s, came_s, carried as f64);
                 }
                 let mut lost_rules = false;
                 for (file, result) in files {

@@ -178,12 +178,12 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         }
         self.ledger.came(order, bytes, requests);
         let mut there_ms = transfer.there_ms;
-        if fetched.iter().any(|(_, result)| result.is_err()) {
+        if fetched.files.iter().any(|(_, result)| result.is_err()) {
             // Whatever comes of it, who fails does not fail again at the same moment.
             there_ms = there_ms.max(now_ms + FAILURE_MS);
         }
-        let mut came = Vec::with_capacity(fetched.len());
-        for (file, result) in fetched {
+        let mut came = Vec::with_capacity(fetched.files.len());
+        for (file, result) in fetched.files {
             let result = result.and_then(|bytes| self.check(&file, bytes, planner));
             match &result {
                 Err(cause) => {

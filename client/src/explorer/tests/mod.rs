@@ -3,6 +3,7 @@
 mod newer;
 mod packs;
 mod recovery;
+mod streams;
 
 use belvedere_scene::{BlobName, Bounds};
 
@@ -112,7 +113,7 @@ async fn a_cell_that_could_not_be_found_from_afar_is_read_of_once_one_is_there()
     let mut explorer = explorer(Bare::new(), u64::MAX).await;
     explorer.asked.insert(CellId(1));
     let id = tokio::spawn(async {}).id();
-    explorer.take(id, Brought::NoPlace(CellId(1), Error::NoCells));
+    explorer.take(id, Brought::NoPlace(CellId(1), Error::NoCell(CellId(1))));
     assert!(explorer.tasks.is_empty());
     explorer.at = Some(place(1, true).entry);
     for reads in [1, 0] {

@@ -80,7 +80,7 @@ pub(crate) fn grown(number: u32) -> Model {
     }
 }
 
-fn smooth(number: u32, ends: &[(u64, f64)]) -> SmoothLod {
+pub(crate) fn smooth(number: u32, ends: &[(u64, f64)]) -> SmoothLod {
     let url = name(&format!("m{number} stream"), "slod");
     let rung = |at: usize| Rung {
         url: RungName {

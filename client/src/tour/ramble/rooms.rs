@@ -93,7 +93,7 @@ impl<'s, S: ByteSource> Rooms<'s, S> {
         match self.known.get(&cell) {
             Some(room) => Ok(room.clone()),
             None => {
-                let entry = self.entry(cell).await.ok_or(Error::NoCells)?;
+                let entry = self.entry(cell).await.ok_or(Error::NoCell(cell))?;
                 Ok(self.read(entry).await)
             }
         }

@@ -1,0 +1,143 @@
+//! What becomes of a smooth LOD that turns out not to decode? And what is learnt of the line from what did not come over it?
+
+use std::sync::Mutex;
+
+use belvedere_scene::{
+    object::{Level, Model, SmoothLod},
+    rung::RungName,
+};
+
+use super::*;
+use crate::{Ask, Watch, strategy::tests::smooth};
+
+/// Bytes of the only level: more than all rungs take.
+const LEVEL: [u8; 4000] = [7; 4000];
+const MATERIALS: [u8; 300] = [8; 300];
+/// Where rungs end, and how far they are off.
+const RUNGS: [(u64, f64); 2] = [(100, 0.5), (400, 0.0)];
+
+/// A tree with one model, which knows what was forgotten of it, and may have all of it on disk.
+struct Tree {
+    objects: Bare,
+    is_kept: bool,
+    forgotten: Mutex<Vec<BlobName>>,
+}
+
+impl ByteSource for Tree {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        match path.parse::<RungName>() {
+            Ok(rung) => {
+                let from = rung
+                    .number
+                    .checked_sub(1)
+                    .map_or(0, |before| RUNGS[usize::from(before)].0);
+                Ok(vec![rung.number; (RUNGS[usize::from(rung.number)].0 - from) as usize].into())
+            }
+            Err(_) => self.objects.get(path).await,
+        }
+    }
+
+    async fn get_watched(&self, ask: Ask<'_>, _: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
+        let bytes = self.get(ask.path).await?;
+        let carried = if self.is_kept { 0 } else { bytes.len() as u64 };
+        Ok((bytes, carried))
+    }
+
+    fn forget_parts(&self, whole: &BlobName) {
+        self.forgotten.lock().expect("the notes").push(whole.clone());
+    }
+}
+
+fn named(bytes: &[u8], ext: &str) -> BlobName {
+    BlobName::of(bytes, ext).expect("a name")
+}
+
+/// One looks at one object, drawn by a level or by fewer bytes of a stream.
+async fn looking(is_kept: bool) -> (Explorer<Tree>, SmoothLod) {
+    let (level, materials) = (named(&LEVEL, "glb"), named(&MATERIALS, "gltf"));
+    let objects = Bare::new()
+        .with(&level, LEVEL.to_vec())
+        .with(&materials, MATERIALS.to_vec());
+    let smooth = SmoothLod {
+        materials,
+        ..smooth(1, &RUNGS)
+    };
+    let model = Model {
+        levels: vec![Level {
+            level: 0,
+            url: level,
+            bytes: LEVEL.len() as u64,
+            triangles: 100,
+            geometric_error_m: 0.0,
+            switch_distance_m: 0.0,
+            textures: Vec::new(),
+            pack: None,
+        }],
+        smooth: Some(smooth.clone()),
+        impostor: None,
+        procedural: None,
+    };
+    let tree = Tree {
+        objects,
+        is_kept,
+        forgotten: Mutex::default(),
+    };
+    let mut explorer = explorer(tree, u64::MAX).await;
+    explorer.stand_in(place_with(1, vec![seen_at(1, 1, 2.0, 1.0, model)]));
+    explorer.replan();
+    (explorer, smooth)
+}
+
+impl Explorer<Tree> {
+    /// What the model is drawn with when nothing more comes.
+    async fn settled(&mut self) -> Form {
+        while self.advance().await.is_some() {}
+        self.mesh(ModelId(1)).expect("it is drawn").grade.form
+    }
+}
+
+#[tokio::test]
+async fn levels_take_the_place_of_a_stream_that_does_not_decode_and_it_is_forgotten_on_disk() {
+    let (mut explorer, smooth) = looking(false).await;
+    // It does not decode before its last rung has come, which would show that these are not its bytes.
+    let first = loop {
+        let events = explorer.advance().await.expect("rungs come");
+        let drawn = events.into_iter().find_map(|event| match event {
+            Event::Drawn { grade, .. } => Some(grade.form),
+            _ => None,
+        });
+        if let Some(form) = drawn {
+            break form;
+        }
+    };
+    assert_eq!(first, Form::Rung);
+    explorer.without_smooth(ModelId(1));
+    assert_eq!(explorer.settled().await, Form::Level);
+    let forgotten = explorer.scene.source().forgotten.lock().expect("the notes").clone();
+    assert_eq!(forgotten, [smooth.url]);
+    assert_eq!(explorer.memory_bytes(), LEVEL.len() as u64);
+    // Of a model that has none, or that nobody knows, there is nothing to be said.
+    explorer.without_smooth(ModelId(9));
+    assert_eq!(explorer.settled().await, Form::Level);
+}
+
+#[tokio::test]
+async fn what_is_kept_on_disk_says_nothing_of_the_line() {
+    for (is_kept, is_known) in [(false, true), (true, false)] {
+        let (mut explorer, _) = looking(is_kept).await;
+        explorer.settled().await;
+        assert_eq!(explorer.meter.bytes_per_s().is_finite(), is_known);
+    }
+}
+
+#[tokio::test]
+async fn nor_does_what_could_not_be_had() {
+    let mut explorer = explorer(Bare::new(), u64::MAX).await;
+    explorer.stand_in(place(1, true));
+    explorer.without_rules();
+    while explorer.advance().await.is_some() {}
+    assert_eq!(
+        (explorer.missing(), explorer.meter.bytes_per_s()),
+        (Some(1), f64::INFINITY)
+    );
+}
