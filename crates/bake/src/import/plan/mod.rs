@@ -8,8 +8,10 @@
 //! their own, faces look only into the room, and no two faces of the building lie in each other. Equal furniture shares
 //! one model. Cost: linear in tiles plus the triangles made.
 
+mod drawing;
 mod error;
 mod finish;
+mod headers;
 mod kinds;
 mod layout;
 mod legend;
