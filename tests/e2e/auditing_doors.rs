@@ -56,11 +56,12 @@ struct Walker {
 }
 
 impl Walker {
-    async fn enter(server: &Server, room: usize, i: usize) -> Self {
+    async fn enter(server: &Server, room: usize, i: usize, since: Instant) -> Self {
         let [x, z] = PLACES[i % PLACES.len()];
         let (middle, phase) = ([5.2 * room as f64 + x, z], i as f64);
-        let mut body = json!({"max_speed_mps": 1.5, "radius_m": 0.3, "t_ms": 0});
-        body["position"] = place(middle, phase);
+        let t_ms = since.elapsed().as_millis() as u64;
+        let mut body = json!({"max_speed_mps": 1.5, "radius_m": 0.3, "t_ms": t_ms});
+        body["position"] = place(middle, phase + TURN_RAD_PER_S * t_ms as f64 * 1e-3);
         let person = Person::enter_scene(address(server), "rooms", &body).await;
         Self { person, middle, phase }
     }
@@ -111,22 +112,23 @@ async fn live_through(data: &Data) -> Story {
         found.expect("a door").1
     });
     let [first, second] = doors.clone();
+    let since = Instant::now();
     let mut walkers = Vec::new();
     for room in 0..3 {
         for i in 0..PEOPLE {
-            walkers.push(Walker::enter(&server, room, i).await);
+            walkers.push(Walker::enter(&server, room, i, since).await);
         }
     }
     let mut hears = Vec::new();
     for walker in &walkers {
         hears.push(walker.person.listen().await);
     }
-    let since = Instant::now();
     let token = walkers[0].person.token.clone();
     let moves = async |door: &str, open: bool| {
         let path = format!("/v1/scenes/rooms/doors/{door}");
-        let answer = ask(address(&server), ("PUT", &path), Some(&token), &json!({"open": open}));
-        assert_eq!(answer.await.status, 200);
+        let body = json!({"open": open});
+        let answer = ask(address(&server), ("PUT", &path), Some(&token), &body).await;
+        assert_eq!(answer.status, 200);
     };
     moves(&second, false).await;
     // It has hidden the first door long enough.
@@ -136,7 +138,7 @@ async fn live_through(data: &Data) -> Story {
         walk(&walkers, since, Duration::from_millis(700)).await;
     }
     // Somebody comes who takes it to be open.
-    let late = Walker::enter(&server, 0, 4).await;
+    let late = Walker::enter(&server, 0, 4, since).await;
     hears.push(late.person.listen().await);
     walkers.push(late);
     walk(&walkers, since, Duration::from_millis(700)).await;
@@ -147,7 +149,7 @@ async fn live_through(data: &Data) -> Story {
     Story {
         first,
         near: walkers[0].person.session.clone(),
-        beyond: walkers[2 * PEOPLE].person.session.clone(),
+        beyond: walkers[2 * PEOPLE + 2].person.session.clone(),
         object: walkers[1].person.object.clone(),
     }
 }
