@@ -70,7 +70,7 @@ impl Walker {
         let t_ms = since.elapsed().as_millis() as u64;
         let phase = self.phase + TURN_RAD_PER_S * t_ms as f64 * 1e-3;
         let mut body = json!({"position": place(self.middle, phase), "t_ms": t_ms});
-        if self.phase as usize % 3 == 0 {
+        if (self.phase as usize).is_multiple_of(3) {
             // Some say how they move.
             let speed = CIRCLE_M * TURN_RAD_PER_S;
             body["velocity"] = json!([-speed * phase.sin(), 0.0, speed * phase.cos()]);

@@ -195,6 +195,7 @@ fn touch(cells: &Cells, a: CellId, b: CellId) -> bool {
 #[cfg(test)]
 mod tests {
     use belvedere_live::{cells::Cell, world::Look};
+    use belvedere_scene::Bounds;
 
     use super::*;
 
