@@ -15,8 +15,8 @@ pub trait Line: fmt::Debug + Send + Sync {
     /// The way into the connection, for whoever wants to write a chunk; none while it is not free.
     fn hold(&self) -> Option<Held<'_>>;
 
-    /// Appends a piece of the stream as a chunk of what goes over the wire.
-    fn frame(&self, piece: &[u8], wire: &mut Vec<u8>);
+    /// Appends a piece of the stream, given in parts, as a chunk of what goes over the wire.
+    fn frame(&self, piece: &[&[u8]], wire: &mut Vec<u8>);
 }
 
 /// Whose turn it is to write to a connection.

@@ -12,8 +12,6 @@ use bytes::Bytes;
 pub(super) struct Delivery {
     pub(super) begun: Instant,
     pub(super) poses: Poses,
-    /// Room to write one session's piece in.
-    pub(super) piece: Vec<u8>,
     /// Room for the chunks of several.
     pub(super) wire: Vec<u8>,
 }
@@ -23,7 +21,6 @@ impl Delivery {
         Self {
             begun: Instant::now(),
             poses: Poses::default(),
-            piece: Vec::new(),
             wire: Vec::new(),
         }
     }

@@ -76,7 +76,7 @@ async fn live_through(data: &Data) -> String {
     hidden.object.clone()
 }
 
-fn audit(data: &Data, file: &str) -> (bool, Value) {
+pub(crate) fn audit(data: &Data, file: &str) -> (bool, Value) {
     let output = data.run(&["audit", file, "--json", "--every", "1"]);
     let report = serde_json::from_str(&text(&output.stdout));
     (
@@ -85,7 +85,7 @@ fn audit(data: &Data, file: &str) -> (bool, Value) {
     )
 }
 
-fn sum(report: &Value, what: &str) -> u64 {
+pub(crate) fn sum(report: &Value, what: &str) -> u64 {
     let scenes = report["scenes"].as_array().expect("scenes").iter();
     scenes
         .map(|scene| scene[what]["count"].as_u64().or(scene[what].as_u64()).expect(what))
@@ -98,7 +98,7 @@ fn blocks(file: &Path) -> Vec<Block> {
 }
 
 /// A recording with other entries in it; `tamper` is given what comes in and what goes out.
-fn tampered(data: &Data, name: &str, tamper: impl Fn(&str, &mut Value)) {
+pub(crate) fn tampered(data: &Data, name: &str, tamper: impl Fn(&str, &mut Value)) {
     let original = data.folder("live.rec");
     let mut bytes = std::fs::read(&original).expect("a file")[..6].to_vec();
     for block in blocks(&original) {

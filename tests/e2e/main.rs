@@ -2,6 +2,7 @@
 //! at the result through the client crate, as any program of a user would.
 
 mod auditing;
+mod auditing_doors;
 mod bad_input;
 mod boxes;
 mod doors;

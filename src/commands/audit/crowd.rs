@@ -16,7 +16,7 @@ use belvedere_live::{
 };
 use belvedere_scene::{CellId, ObjectId};
 
-use super::account::Mover;
+use super::mover::Mover;
 
 const SURELY: f64 = 2.0;
 

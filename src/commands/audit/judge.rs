@@ -6,7 +6,7 @@
 //! proof was found the telling is *undecided*.
 //!
 //! A *miss*: a mover is in plain view of a participant, well inside the area of interest, and for a few ticks on end the
-//! session was not told of it. Who says nothing is where it said last: that is what others are to be told until it speaks. Whom a
+//! session was not told of it. (Doors are asked for alike, in [`doors`](super::doors).) Who says nothing is where it said last: that is what others are to be told until it speaks. Whom a
 //! crowd hides is no miss where the rules leave such people out ([`crowd`](super::crowd)), and counted apart.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -20,16 +20,17 @@ use serde::Serialize;
 use super::{
     account::{Account, Person},
     crowd::Press,
+    poses::Untrue,
     sights::Sights,
     telling::{Astray, Telling, Wrong},
 };
 
 /// What a closed door hides is told of for so long at most after it was closed, or after somebody has come into a cell.
-const DOOR_GRACE_MS: Ms = 2_000;
+pub(super) const DOOR_GRACE_MS: Ms = 2_000;
 /// Who comes into view is told of within so many ticks.
 const TICKS_TO_TELL: Ms = 3;
 /// What is in plain view shows at least so much around its middle.
-const PLAIN_M: f64 = 0.02;
+pub(super) const PLAIN_M: f64 = 0.02;
 
 /// A wrong that was done.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -58,14 +59,20 @@ pub(super) struct Judge {
     pub(super) undecided: Vec<Finding>,
     pub(super) misses: Vec<Finding>,
     pub(super) astray: Vec<Astray>,
+    /// Told otherwise than it is.
+    pub(super) untrue: Vec<Untrue>,
     /// Times that a session was told of a mover.
     pub(super) told: u64,
+    /// Times that a session was told of a door.
+    pub(super) doors: u64,
     /// Pairs of a participant and a mover that it was not told of that were looked at.
     pub(super) untold: u64,
     /// Pairs of these that were in view but for the crowd between them, which the rules let be left out.
     pub(super) culled: u64,
     /// In plain view and not told of, since when.
     suspects: BTreeMap<(SessionId, ObjectId), Ms>,
+    /// Doors in plain view that are taken to stand otherwise than they do, since when.
+    pub(super) door_suspects: BTreeMap<(SessionId, ObjectId), Ms>,
     ticks: u64,
 }
 
@@ -93,6 +100,7 @@ impl Judge {
             self.suspect(account, sights, now_ms);
         }
         self.convict(account, sights, now_ms);
+        self.look_at_doors(account, sights, now_ms, looks);
     }
 
     /// Takes note of what is wrong with what was told, whatever can be seen.
@@ -101,6 +109,7 @@ impl Judge {
             match wrong {
                 Wrong::Leak(told) => self.leaks.extend(told_of(account, told, now_ms)),
                 Wrong::Astray(astray) => self.astray.push(astray),
+                Wrong::Untrue(untrue) => self.untrue.push(untrue),
             }
         }
     }
@@ -160,6 +169,11 @@ impl Judge {
 }
 
 impl Account {
+    /// Whether somebody there is in a cell, and not just near one.
+    pub(super) fn is_in_a_cell(&self, place: [f64; 3]) -> bool {
+        self.cells.at(place).is_some_and(|place| place.distance_m == 0.0)
+    }
+
     /// Where some are left out in a crowd: it stands where everybody is now.
     fn crowd_together(&mut self, now_ms: Ms) {
         if let Some(press) = &mut self.press {
@@ -209,8 +223,7 @@ fn finding(account: &Account, session: SessionId, object: ObjectId, now_ms: Ms) 
 /// Whether what a session was told of may be seen from where its participant may be.
 fn could_see(account: &Account, sights: &mut Sights, told: &Finding) -> Sight {
     // Whoever is in no cell is served as if in the nearest one, of which nothing can be proved.
-    let is_in_a_cell = |place: [f64; 3]| account.cells.at(place).is_some_and(|place| place.distance_m == 0.0);
-    let proves = is_in_a_cell(told.eye) && is_in_a_cell(told.position);
+    let proves = account.is_in_a_cell(told.eye) && account.is_in_a_cell(told.position);
     match seen_from_cells(account, sights, told) {
         Sight::Hidden if !proves => Sight::NotFound,
         sight => sight,
@@ -221,8 +234,8 @@ fn could_see(account: &Account, sights: &mut Sights, told: &Finding) -> Sight {
 fn seen_from_cells(account: &Account, sights: &mut Sights, told: &Finding) -> Sight {
     let open = sights.any_sees_any(&told.eye_cells, &told.cells, &BTreeSet::new());
     let settled = |since_ms: Ms| told.at_ms - since_ms > DOOR_GRACE_MS;
-    let closed = account.closed.iter().filter(|(_, door)| settled(door.since_ms));
-    let closed: BTreeSet<_> = closed.map(|(object, _)| *object).collect();
+    let closed = account.closed().filter(|(_, door)| settled(door.since_ms));
+    let closed: BTreeSet<_> = closed.map(|(object, _)| object).collect();
     let stands = settled(account.people[&told.session].eyes.1);
     if open != Sight::Seen || !stands || closed.is_empty() {
         return open;
@@ -240,7 +253,7 @@ fn is_due(account: &Account, session: SessionId, person: &Person, object: Object
     let margin_m = avatar.ball(now_ms, tick_ms).radius_m + mover.ball(now_ms, tick_ms).radius_m;
     mover.owner != Some(session)
         && person.hears()
-        && !person.shown.contains(&object)
+        && !person.shown.contains_key(&object)
         && distance_m(eye, there) < person.aoi.enter_m - margin_m
 }
 
@@ -249,7 +262,8 @@ fn in_view(account: &Account, sights: &Sights, person: &Person, object: ObjectId
         return false;
     };
     let (eye, there) = (avatar.position(now_ms), mover.position(now_ms));
-    let in_a_cell = |point| account.cells.at(point).is_some_and(|place| place.distance_m == 0.0);
-    let closed: Vec<Bounds> = account.closed.values().map(|door| door.bounds).collect();
-    in_a_cell(eye) && in_a_cell(there) && sights.in_plain_view(eye, there, PLAIN_M.min(0.5 * mover.radius_m), &closed)
+    let closed: Vec<Bounds> = account.closed().map(|(_, door)| door.bounds).collect();
+    account.is_in_a_cell(eye)
+        && account.is_in_a_cell(there)
+        && sights.in_plain_view(eye, there, PLAIN_M.min(0.5 * mover.radius_m), &closed)
 }

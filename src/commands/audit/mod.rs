@@ -1,12 +1,16 @@
 //! `belvedere audit FILE`: does a recording of live sessions come out again as it was written, and was anybody told of what it
-//! cannot see, or not told of what it sees? `docs/LIVE.md` describes it for users.
+//! cannot see, or not told of what it sees, or told what is not so? `docs/LIVE.md` describes it for users.
 //!
 //! Two answers that share nothing: the rules replay the recording and must say the same to the last byte; and the account of
 //! who was where and was told what is held against geometry alone, level 0 of everything and rays, without visible sets.
 
 mod account;
 mod crowd;
+mod doors;
+mod heard;
 mod judge;
+mod mover;
+mod poses;
 mod report;
 mod sights;
 mod telling;
@@ -192,11 +196,13 @@ impl Scene {
 
     fn judge(&mut self, at_ms: Ms, every: u64) {
         let Some(account) = &mut self.account else { return };
+        self.judge.untrue.extend(account.drifted(at_ms));
         if account.revision == self.revision {
             self.judge.look(account, &mut self.sights, at_ms, every);
         } else {
             self.report.ticks_not_looked_at += 1;
             account.told.clear();
+            account.doors_told.clear();
         }
     }
 
@@ -209,8 +215,10 @@ impl Scene {
             .for_each(|found| report.undecided.add(found));
         self.judge.misses.into_iter().for_each(|miss| report.misses.add(miss));
         self.judge.astray.into_iter().for_each(|told| report.astray.add(told));
+        self.judge.untrue.into_iter().for_each(|told| report.untrue.add(told));
         SceneReport {
             told: self.judge.told,
+            doors: self.judge.doors,
             untold: self.judge.untold,
             culled: self.judge.culled,
             pairs: self.sights.pairs(),

@@ -4,7 +4,7 @@ use belvedere_live::Ms;
 use belvedere_scene::CellId;
 use serde::Serialize;
 
-use super::{judge::Finding, telling::Astray};
+use super::{judge::Finding, poses::Untrue, telling::Astray};
 use crate::commands::output::{bytes, table};
 
 /// So many findings of a kind are told in full.
@@ -29,6 +29,8 @@ pub(super) struct SceneReport {
     pub(super) sessions: u64,
     /// Times that a session was told of a mover.
     pub(super) told: u64,
+    /// Times that a session was told of a door.
+    pub(super) doors: u64,
     /// Pairs of a participant and a mover that it was not told of that were looked at.
     pub(super) untold: u64,
     /// Pairs of these that were in view but for a crowd, in which the rules leave some out.
@@ -47,6 +49,8 @@ pub(super) struct SceneReport {
     pub(super) misses: Findings<Finding>,
     /// Told to sessions, or of movers, that were not there.
     pub(super) astray: Findings<Astray>,
+    /// Told otherwise than it is, or not told that it is otherwise by now.
+    pub(super) untrue: Findings<Untrue>,
     /// Entries whose outputs are others than the rules give.
     pub(super) differences: Findings<Difference>,
 }
@@ -92,12 +96,14 @@ impl Report {
             "lasted",
             "sessions",
             "told",
+            "of doors",
             "not told",
             "culled",
             "leaks",
             "undecided",
             "misses",
             "astray",
+            "untrue",
             "differences",
         ];
         let mut text = format!("{} of recording\n{}", bytes(self.whole_bytes), table(&head, &rows));
@@ -113,13 +119,14 @@ impl Report {
 
     /// How much is wrong or may be.
     fn summary(&self) -> String {
-        let told: u64 = self.scenes.iter().map(|scene| scene.told).sum();
+        let told: u64 = self.scenes.iter().map(|scene| scene.told + scene.doors).sum();
         format!(
-            "{}, {} of {told} tellings undecided, {}, {} astray, {} otherwise",
+            "{}, {} of {told} tellings undecided, {}, {} astray, {} untrue, {} otherwise",
             counted(self.sum(|scene| scene.leaks.count), "leak", "leaks"),
             self.sum(|scene| scene.undecided.count),
             counted(self.sum(|scene| scene.misses.count), "miss", "misses"),
             counted(self.sum(|scene| scene.astray.count), "telling", "tellings"),
+            self.sum(|scene| scene.untrue.count),
             counted(
                 self.sum(|scene| scene.differences.count),
                 "entry that comes out",
@@ -130,8 +137,9 @@ impl Report {
 
     /// What is wrong, if anything is; to leave something open may be wrong too.
     pub(super) fn verdict(&self, undecided_too: bool) -> Option<String> {
-        let wrong =
-            self.sum(|scene| scene.leaks.count + scene.misses.count + scene.astray.count + scene.differences.count);
+        let seen = self.sum(|scene| scene.leaks.count + scene.misses.count);
+        let told = self.sum(|scene| scene.astray.count + scene.untrue.count);
+        let wrong = seen + told + self.sum(|scene| scene.differences.count);
         let open = self.sum(|scene| scene.undecided.count);
         (wrong > 0 || undecided_too && open > 0).then(|| self.summary())
     }
@@ -142,12 +150,14 @@ impl SceneReport {
         let counts = [
             self.sessions.to_string(),
             self.told.to_string(),
+            self.doors.to_string(),
             self.untold.to_string(),
             self.culled.to_string(),
             self.leaks.count.to_string(),
             self.undecided.count.to_string(),
             self.misses.count.to_string(),
             self.astray.count.to_string(),
+            self.untrue.count.to_string(),
             self.differences.count.to_string(),
         ];
         let lasted = format!("{:.1} s", self.lasted_ms as f64 * 1e-3);
@@ -179,6 +189,18 @@ impl SceneReport {
             *text += &format!(
                 "\nastray at {}: `{}` to {}{of}: {}",
                 told.at_ms, told.event, told.session, told.why
+            );
+        }
+        for told in &self.untrue.first {
+            let by = told
+                .event
+                .map_or_else(String::new, |event| format!(" was told by {event}:"));
+            let off = told
+                .off_m
+                .map_or_else(String::new, |off_m| format!(", {off_m:.3} m off"));
+            *text += &format!(
+                "\nuntrue at {}: {} of {}{by} {}{off}",
+                told.at_ms, told.session, told.object, told.why
             );
         }
         for found in &self.differences.first {
@@ -255,7 +277,7 @@ mod tests {
         assert_eq!(
             lines[..3],
             [
-                "1 leak, 0 of 0 tellings undecided, 1 miss, 0 tellings astray, 0 entries that come out otherwise",
+                "1 leak, 0 of 0 tellings undecided, 1 miss, 0 tellings astray, 0 untrue, 0 entries that come out otherwise",
                 "miss at 7: s0 at (4, 1.5, 6) in c0 was not told of o100000001 at (28.6, 1.5, 4) in no cell",
                 "leak at 7: s0 at (4, 1.5, 6) in c0 was told of o100000001 at (28.6, 1.5, 4) in c3, c5 by object-pos",
             ]

@@ -6,7 +6,7 @@ use belvedere_scene::ObjectId;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::account::Account;
+use super::{account::Account, poses::Untrue};
 
 /// A session was told of a mover.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,11 +32,13 @@ pub(super) struct Astray {
 }
 
 /// What is wrong with what was told, whatever can be seen.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Wrong {
     /// What is there concerns others alone.
     Leak(Telling),
     Astray(Astray),
+    /// It is not so.
+    Untrue(Untrue),
 }
 
 /// Events that say something of movers.
@@ -66,57 +68,63 @@ impl Account {
             };
             return vec![astray(None, why)];
         };
-        if event == "resync" {
-            self.shown(session, |shown| shown.clear());
+        if let Some(person) = self.people.get_mut(&session).filter(|_| event == "resync") {
+            person.forget();
+        }
+        if event == "door" {
+            let object = data["object"].as_str().unwrap_or_default();
+            let door = object.parse().ok().filter(|door| self.doors.contains_key(door));
+            return match door {
+                Some(door) => self.tell_door(session, door, data, at_ms).into_iter().collect(),
+                None => vec![astray(Some(object), "no such door was ever moved")],
+            };
         }
         let Some(event) = OF_MOVERS.into_iter().find(|name| *name == event) else {
             return Vec::new();
         };
         let mut wrong = Vec::new();
-        for named in named(event, data) {
+        for (named, said) in named(event, data) {
             let object = named.parse::<ObjectId>().ok();
             match object.filter(|object| event == "object-gone" || self.movers.contains_key(object)) {
-                Some(object) => wrong.extend(self.tell_of(Telling { session, object, event }).map(Wrong::Leak)),
+                Some(object) => wrong.extend(self.tell_of(Telling { session, object, event }, said, at_ms)),
                 None => wrong.push(astray(Some(named), "there is no such mover")),
             }
         }
         wrong
     }
 
-    /// Takes note of it; gives it back when it concerns others alone.
-    fn tell_of(&mut self, told: Telling) -> Option<Telling> {
+    /// Takes note of it, and says what is wrong with it at once.
+    fn tell_of(&mut self, told: Telling, said: &Value, at_ms: Ms) -> Option<Wrong> {
         let Telling { session, object, event } = told;
+        let person = self.people.get_mut(&session)?;
         let concerns = match event {
             "hush" | "wake" => self.movers[&object].owner == Some(session),
-            "rate" => self.people[&session].shown.contains(&object),
+            "rate" => person.shown.contains_key(&object),
             "object-gone" => {
-                self.shown(session, |shown| _ = shown.remove(&object));
+                person.shown.remove(&object);
                 true
             }
             _ => {
-                self.shown(session, |shown| _ = shown.insert(object));
                 self.told.push(told);
-                true
+                let untrue = self.tell_pose((session, object), event, said, at_ms);
+                return untrue.map(Wrong::Untrue);
             }
         };
-        (!concerns).then_some(told)
-    }
-
-    fn shown(&mut self, session: SessionId, change: impl FnOnce(&mut std::collections::BTreeSet<ObjectId>)) {
-        if let Some(person) = self.people.get_mut(&session) {
-            change(&mut person.shown);
+        if event == "rate" {
+            self.tell_period(session, object, said);
         }
+        (!concerns).then_some(Wrong::Leak(told))
     }
 }
 
-/// The movers that an event names, as they are written.
-fn named<'a>(event: &str, data: &'a Value) -> Vec<&'a str> {
+/// The movers that an event names, as they are written, with what it says of each.
+fn named<'a>(event: &str, data: &'a Value) -> Vec<(&'a str, &'a Value)> {
     let one = |value: &'a Value| value.as_str().unwrap_or_default();
     let objects = data["objects"].as_array().map_or(&[][..], Vec::as_slice).iter();
     match event {
-        "object-pos" | "rate" => objects.map(|told| one(&told["object"])).collect(),
-        "object-gone" => objects.map(one).collect(),
-        _ => vec![one(&data["object"])],
+        "object-pos" | "rate" => objects.map(|told| (one(&told["object"]), told)).collect(),
+        "object-gone" => objects.map(|object| (one(object), object)).collect(),
+        _ => vec![(one(&data["object"]), data)],
     }
 }
 
@@ -190,8 +198,8 @@ mod tests {
 
     fn leaks(account: &mut Account, event: &str, data: &Value) -> usize {
         let wrong = account.tell(&json!(["s0", event, data]), 7);
-        assert!(wrong.iter().all(|wrong| matches!(wrong, Wrong::Leak(_))), "{wrong:?}");
-        wrong.len()
+        let leaks = wrong.iter().filter(|wrong| matches!(wrong, Wrong::Leak(_)));
+        leaks.count()
     }
 
     #[test]

@@ -48,22 +48,28 @@ pub(super) const CHUNK_END: &[u8] = b"\r\n";
 /// What begins a chunk: its length.
 pub(super) struct ChunkHead {
     line: [u8; Self::MOST_BYTES],
-    length: usize,
+    from: usize,
 }
 
 impl ChunkHead {
     pub(super) const MOST_BYTES: usize = 2 * size_of::<usize>() + 2;
 
     pub(super) fn of(chunk_bytes: usize) -> Self {
-        let mut line = [0; Self::MOST_BYTES];
-        let mut left = &mut line[..];
-        write!(left, "{chunk_bytes:x}\r\n").expect("it is as long as the longest length");
-        let length = Self::MOST_BYTES - left.len();
-        Self { line, length }
+        const DIGITS: &[u8; 16] = b"0123456789abcdef";
+        let (mut line, mut from, mut left) = ([0; Self::MOST_BYTES], Self::MOST_BYTES - 2, chunk_bytes);
+        line[from..].copy_from_slice(b"\r\n");
+        loop {
+            from -= 1;
+            line[from] = DIGITS[left % 16];
+            left /= 16;
+            if left == 0 {
+                return Self { line, from };
+            }
+        }
     }
 
     pub(super) fn bytes(&self) -> &[u8] {
-        &self.line[..self.length]
+        &self.line[self.from..]
     }
 }
 

@@ -143,7 +143,13 @@ impl Outbox {
                 let written = delivery.poses.all(*t_ms, objects);
                 let line = state.reader.line.as_ref().filter(|_| state.reader.waker.is_some());
                 if let Some(line) = line.cloned() {
-                    return Some(Departing { state, line, written });
+                    let said = Said::poses(written.data.clone());
+                    return Some(Departing {
+                        state,
+                        line,
+                        written,
+                        said,
+                    });
                 }
                 state.poses.add(&written);
                 state.wake();
@@ -292,19 +298,18 @@ struct Departing<'a> {
     state: MutexGuard<'a, State>,
     line: Arc<dyn Line>,
     written: Arc<Written>,
+    said: Said,
 }
 
 /// Sends poses along their lines, all together; what a line does not take is left to its reader. Says how many were sent.
 fn depart(departing: &mut Vec<Departing>, delivery: &mut Delivery) -> u64 {
-    let Delivery { begun, piece, wire, .. } = delivery;
+    let Delivery { begun, wire, .. } = delivery;
     wire.clear();
     let mut ways = Vec::with_capacity(departing.len());
     for poses in departing.iter() {
         let (held, from) = (poses.line.hold(), wire.len());
         if held.is_some() {
-            piece.clear();
-            poses.state.told.write_next(&poses.said(), piece);
-            poses.line.frame(piece, wire);
+            poses.state.told.frame_next(&poses.said, &*poses.line, wire);
         }
         ways.push(held.map(|held| (held, from..wire.len())));
     }
@@ -326,13 +331,8 @@ fn depart(departing: &mut Vec<Departing>, delivery: &mut Delivery) -> u64 {
 }
 
 impl Departing<'_> {
-    fn said(&self) -> Said {
-        Said::poses(self.written.data.clone())
-    }
-
     /// Takes note of what became of it; says whether the reader has it.
     fn end(mut self, taken: Taken, now: Instant) -> bool {
-        let said = self.said();
         match taken {
             Taken::Nothing => {
                 self.state.poses.add(&self.written);
@@ -342,7 +342,7 @@ impl Departing<'_> {
             Taken::All => {}
             Taken::Begun => self.state.wake(),
         }
-        self.state.told.keep(said);
+        self.state.told.keep(self.said);
         self.state.has_told(now);
         true
     }

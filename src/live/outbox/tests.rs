@@ -58,8 +58,8 @@ impl Line for Pipe {
         Held::if_free(self.turn.lock().unwrap(), SockRef::from(&self.near), &self.wrote)
     }
 
-    fn frame(&self, piece: &[u8], wire: &mut Vec<u8>) {
-        wire.extend_from_slice(piece);
+    fn frame(&self, piece: &[&[u8]], wire: &mut Vec<u8>) {
+        wire.extend_from_slice(&piece.concat());
         if self.takes == Taken::Begun {
             // More than any connection holds.
             wire.resize(64 << 20, b' ');

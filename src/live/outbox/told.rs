@@ -1,8 +1,10 @@
 //! What has a session been told? Events have numbers from here on, and the last of them are kept for a reader that was cut off.
 
-use std::{collections::VecDeque, io::Write};
+use std::collections::VecDeque;
 
 use bytes::Bytes;
+
+use super::Line;
 
 /// So many bytes are kept for one that comes back.
 const KEPT_BYTES: usize = 64 << 10;
@@ -30,9 +32,41 @@ impl Said {
 
     fn write(&self, number: u64, piece: &mut Vec<u8>) {
         piece.reserve(self.bytes());
-        write!(piece, "id: {number}\nevent: {}\ndata: ", self.name).expect("a vector takes it");
-        piece.extend_from_slice(&self.data);
-        piece.extend_from_slice(b"\n\n");
+        self.parts(&Digits::of(number))
+            .iter()
+            .for_each(|part| piece.extend_from_slice(part));
+    }
+
+    /// What it is in the stream, one after the other.
+    fn parts<'a>(&'a self, number: &'a Digits) -> [&'a [u8]; 7] {
+        let (name, data) = (self.name.as_bytes(), &self.data[..]);
+        [b"id: ", number.text(), b"\nevent: ", name, b"\ndata: ", data, b"\n\n"]
+    }
+}
+
+/// A number as it is written: many are, so that to ask for it in general takes longer than all else.
+struct Digits {
+    text: [u8; Self::MOST],
+    from: usize,
+}
+
+impl Digits {
+    const MOST: usize = 20;
+
+    fn of(number: u64) -> Self {
+        let (mut text, mut from, mut left) = ([0; Self::MOST], Self::MOST, number);
+        loop {
+            from -= 1;
+            text[from] = b'0' + (left % 10) as u8;
+            left /= 10;
+            if left == 0 {
+                return Self { text, from };
+            }
+        }
+    }
+
+    fn text(&self) -> &[u8] {
+        &self.text[self.from..]
     }
 }
 
@@ -110,6 +144,12 @@ impl Told {
         said.write(self.next, piece);
     }
 
+    /// Writes what is about to be told next as a line takes it.
+    pub(super) fn frame_next(&self, said: &Said, line: &dyn Line, wire: &mut Vec<u8>) {
+        let number = Digits::of(self.next);
+        line.frame(&said.parts(&number), wire);
+    }
+
     /// Keeps what was told next for readers that come back.
     pub(super) fn keep(&mut self, said: Said) {
         self.kept_bytes += said.bytes();
@@ -135,5 +175,17 @@ impl Told {
     #[cfg(test)]
     pub(super) fn last(&self) -> Option<&Said> {
         self.kept.back()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_as_everybody_writes_them() {
+        for number in [0, 9, 10, 1 << 32, u64::MAX - 1, u64::MAX] {
+            assert_eq!(Digits::of(number).text(), number.to_string().as_bytes());
+        }
     }
 }

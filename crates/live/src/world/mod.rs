@@ -40,6 +40,7 @@ pub use self::{
     movers::NewMover,
     session::REMEMBERED,
     sessions::{Stand, Visitor},
+    telling::POSE_BYTES,
 };
 use self::{abroad::Watched, doors::Door, mover::Mover, session::Session};
 use crate::{

@@ -17,8 +17,8 @@ use crate::{
     pace,
 };
 
-/// About what a pose takes in the stream.
-const POSE_BYTES: f64 = 200.0;
+/// About what a pose takes in the stream, and counts of what a session may be told.
+pub const POSE_BYTES: f64 = 200.0;
 /// So many movers are at hand.
 const AT_HAND: usize = 64;
 
