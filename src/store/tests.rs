@@ -51,7 +51,7 @@ fn decoded(coding: Option<Coding>, bytes: &[u8]) -> Bytes {
         None => decoded.extend_from_slice(bytes),
         Some(Coding::Zstd) => zstd::stream::copy_decode(bytes, &mut decoded).unwrap(),
         Some(Coding::Gzip) => {
-            drop(std::io::Read::read_to_end(&mut flate2::read::GzDecoder::new(bytes), &mut decoded).unwrap())
+            std::io::copy(&mut flate2::read::GzDecoder::new(bytes), &mut decoded).unwrap();
         }
     }
     decoded.into()

@@ -362,3 +362,60 @@ async fn a_damaged_variant_keeps_nobody_from_the_object() {
         "{metrics}"
     );
 }
+
+/// What an answer says, whatever its coding.
+fn decoded(answer: &Answer) -> Vec<u8> {
+    let mut decoded = Vec::new();
+    match answer.header("content-encoding") {
+        None => decoded.clone_from(&answer.body),
+        Some("zstd") => zstd::stream::copy_decode(&answer.body[..], &mut decoded).unwrap(),
+        Some("gzip") => {
+            std::io::copy(&mut flate2::read::GzDecoder::new(&answer.body[..]), &mut decoded).unwrap();
+        }
+        Some(other) => panic!("nobody asked for {other}"),
+    }
+    decoded
+}
+
+#[tokio::test]
+async fn more_than_fits_into_memory_is_served_as_it_is_and_no_damage_of_it() {
+    let server = Server::start().await;
+    let mut objects = vec![];
+    for i in 0..40u32 {
+        let numbers = (0..9000).map(|k: u32| (k * k / (i + 1) % 977).to_string());
+        let bytes = numbers.collect::<Vec<_>>().join(" ").into_bytes();
+        let name = BlobName::of(&bytes, "json").unwrap();
+        server.blobs.put(&name, bytes.clone().into()).await.unwrap();
+        objects.push((name, bytes));
+    }
+    let in_all: usize = objects.iter().map(|(_, bytes)| bytes.len()).sum();
+    assert!(in_all > 1 << 20, "{in_all}");
+    for turn in 0..3 {
+        if turn == 2 {
+            for (i, (name, _)) in objects.iter().enumerate().filter(|(i, _)| i % 4 != 0) {
+                let file = server.data.path().join(format!("o/{name}.{}", ["zst", "gz"][i % 2]));
+                let mut stored = std::fs::read(&file).unwrap();
+                let at = i * 31 % stored.len();
+                stored[at] ^= 4;
+                std::fs::write(file, stored).unwrap();
+            }
+        }
+        for accepted in ["zstd", "gzip", "identity"] {
+            for (name, bytes) in &objects {
+                let answer = send(server.address, "GET", &name.url(), &[("Accept-Encoding", accepted)]).await;
+                assert_eq!(answer.status, 200);
+                assert!(decoded(&answer) == *bytes, "turn {turn}, {accepted}, {name}");
+                let encoded = answer.header("content-encoding");
+                assert!(turn == 2 || encoded == Some(accepted).filter(|accepted| *accepted != "identity"));
+                let slice = send(server.address, "GET", &name.url(), &[("Range", "bytes=777-8999")]).await;
+                assert_eq!((slice.status, &slice.body[..]), (206, &bytes[777..9000]));
+            }
+        }
+    }
+    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    let damaged = metrics
+        .lines()
+        .find_map(|line| line.strip_prefix("belvedere_blob_variants_damaged_total "));
+    let damaged: u32 = damaged.unwrap().parse().unwrap();
+    assert!((1..=30).contains(&damaged), "{damaged}");
+}
