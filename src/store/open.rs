@@ -85,7 +85,8 @@ impl BlobStore {
         const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
         /// Few shards, so that one large blob still fits into its share of the limit.
         const SHARDS: usize = 4;
-        /// One part of so many for what is known of blobs, in memory or not: about as many of them as four times the limit holds.
+        /// One part of so many for what is known of blobs, in memory or not: of those in a store of four times the limit, if each takes
+        /// 16 KiB with all its forms.
         const SEALS: u64 = 16;
         let seals_bytes = cache_bytes / SEALS;
         let cache_bytes = cache_bytes - seals_bytes;

@@ -382,7 +382,12 @@ async fn more_than_fits_into_memory_is_served_as_it_is_and_no_damage_of_it() {
     let server = Server::start().await;
     let mut objects = vec![];
     for i in 0..40u32 {
-        let numbers = (0..9000).map(|k: u32| (k * k / (i + 1) % 977).to_string());
+        // Numerical Recipes' generator, so that encoded forms are large, too.
+        let mut state = i;
+        let numbers = (0..9000).map(|_| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 22).to_string()
+        });
         let bytes = numbers.collect::<Vec<_>>().join(" ").into_bytes();
         let name = BlobName::of(&bytes, "json").unwrap();
         server.blobs.put(&name, bytes.clone().into()).await.unwrap();
