@@ -378,13 +378,13 @@ fn decoded(answer: &Answer) -> Vec<u8> {
 }
 
 #[tokio::test]
-async fn more_than_fits_into_memory_is_served_as_it_is_and_no_damage_of_it() {
+async fn whichever_form_is_asked_for_no_damage_of_it_is_sent() {
     let server = Server::start().await;
     let mut objects = vec![];
     for i in 0..40u32 {
         // Numerical Recipes' generator, so that encoded forms are large, too.
         let mut state = i;
-        let numbers = (0..9000).map(|_| {
+        let numbers = (0..3000).map(|_| {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 22).to_string()
         });
@@ -393,34 +393,31 @@ async fn more_than_fits_into_memory_is_served_as_it_is_and_no_damage_of_it() {
         server.blobs.put(&name, bytes.clone().into()).await.unwrap();
         objects.push((name, bytes));
     }
-    let in_all: usize = objects.iter().map(|(_, bytes)| bytes.len()).sum();
-    assert!(in_all > 1 << 20, "{in_all}");
-    for turn in 0..3 {
-        if turn == 2 {
-            for (i, (name, _)) in objects.iter().enumerate().filter(|(i, _)| i % 4 != 0) {
-                let file = server.data.path().join(format!("o/{name}.{}", ["zst", "gz"][i % 2]));
-                let mut stored = std::fs::read(&file).unwrap();
-                let at = i * 31 % stored.len();
-                stored[at] ^= 4;
-                std::fs::write(file, stored).unwrap();
-            }
+    let damaged = |i: usize| (i % 4 != 0).then_some([("zstd", "zst"), ("gzip", "gz")][i % 2]);
+    for (i, (name, _)) in objects.iter().enumerate() {
+        if let Some((_, suffix)) = damaged(i) {
+            let file = server.data.path().join(format!("o/{name}.{suffix}"));
+            let mut stored = std::fs::read(&file).unwrap();
+            let at = (100 + i * 31) % stored.len();
+            stored[at] ^= 4;
+            std::fs::write(file, stored).unwrap();
         }
-        for accepted in ["zstd", "gzip", "identity"] {
-            for (name, bytes) in &objects {
-                let answer = send(server.address, "GET", &name.url(), &[("Accept-Encoding", accepted)]).await;
-                assert_eq!(answer.status, 200);
-                assert!(decoded(&answer) == *bytes, "turn {turn}, {accepted}, {name}");
-                let encoded = answer.header("content-encoding");
-                assert!(turn == 2 || encoded == Some(accepted).filter(|accepted| *accepted != "identity"));
-                let slice = send(server.address, "GET", &name.url(), &[("Range", "bytes=777-8999")]).await;
-                assert_eq!((slice.status, &slice.body[..]), (206, &bytes[777..9000]));
-            }
+    }
+    for accepted in ["zstd", "gzip", "identity"] {
+        for (i, (name, bytes)) in objects.iter().enumerate() {
+            let answer = send(server.address, "GET", &name.url(), &[("Accept-Encoding", accepted)]).await;
+            assert_eq!(answer.status, 200);
+            assert!(decoded(&answer) == *bytes, "{accepted}, {name}");
+            let is_whole = damaged(i).is_none_or(|(coding, _)| coding != accepted);
+            let expected = Some(accepted).filter(|accepted| is_whole && *accepted != "identity");
+            assert_eq!(answer.header("content-encoding"), expected);
+            let slice = send(server.address, "GET", &name.url(), &[("Range", "bytes=777-8999")]).await;
+            assert_eq!((slice.status, &slice.body[..]), (206, &bytes[777..9000]));
         }
     }
     let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
-    let damaged = metrics
-        .lines()
-        .find_map(|line| line.strip_prefix("belvedere_blob_variants_damaged_total "));
-    let damaged: u32 = damaged.unwrap().parse().unwrap();
-    assert!((1..=30).contains(&damaged), "{damaged}");
+    assert!(
+        metrics.contains("\nbelvedere_blob_variants_damaged_total 30\n"),
+        "{metrics}"
+    );
 }
