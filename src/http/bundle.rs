@@ -27,7 +27,6 @@ use super::{
     rungs,
     visitor::Visitor,
 };
-use crate::store::Representations;
 
 /// What addresses of bundles begin with.
 pub(super) const PATH: &str = "/o/bundle/";
@@ -92,11 +91,11 @@ impl Member {
     }
 
     /// Which bytes of the whole it is.
-    fn part(&self, forms: &Representations) -> Result<Range<usize>, ApiError> {
-        let whole = forms.identity.bytes.len();
+    fn part(&self, identity: &[u8]) -> Result<Range<usize>, ApiError> {
+        let whole = identity.len();
         match self {
             Self::Whole(_) => Ok(0..whole),
-            Self::Rung(rung) => rungs::part(*rung, forms),
+            Self::Rung(rung) => rungs::part(*rung, identity),
             Self::Slice(_, range) if range.end <= whole as u64 => Ok(range.start as usize..range.end as usize),
             Self::Slice(name, range) => Err(ApiError::NotFound(format!(
                 "byte {} of `{name}`; it has {whole}",
@@ -161,15 +160,15 @@ impl Gathered {
         }
     }
 
-    fn add(&mut self, member: &Member, forms: &Representations) -> Result<(), ApiError> {
-        let whole = forms.identity.bytes.len();
+    fn add(&mut self, member: &Member, identity: &Bytes) -> Result<(), ApiError> {
+        let whole = identity.len();
         self.read += whole as u64;
         if self.read > MAX_READ_BYTES {
             return Err(ApiError::bad_request(format!(
                 "the objects that a bundle is cut from have at most {MAX_READ_BYTES} bytes together; ask for fewer at once"
             )));
         }
-        let part = member.part(forms)?;
+        let part = member.part(identity)?;
         let bytes = part.len();
         self.length += bytes as u64;
         if self.length > MAX_BYTES {
@@ -184,7 +183,7 @@ impl Gathered {
         } else {
             Keep::Shared
         };
-        self.pieces.push(&forms.identity.bytes, part, keep);
+        self.pieces.push(identity, part, keep);
         Ok(())
     }
 
@@ -266,9 +265,9 @@ pub(super) async fn bundle(
     let mut gathered = Gathered::new(members.len());
     for member in members {
         let blob = member.blob();
-        let forms = visitor.blob(&blob).await?;
-        let forms = forms.ok_or_else(|| ApiError::NotFound(format!("object `{blob}`")))?;
-        gathered.add(&member, &forms)?;
+        let identity = visitor.identity(&blob).await?;
+        let identity = identity.ok_or_else(|| ApiError::NotFound(format!("object `{blob}`")))?;
+        gathered.add(&member, &identity)?;
         // The next one may have to be waited for.
         gathered.pieces.let_go();
     }
@@ -296,15 +295,15 @@ pub(super) fn bundle_in_memory(
     let mut last = None;
     for member in members {
         let blob = member.blob();
-        let forms = match last.take() {
-            Some((name, forms)) if name == blob => forms,
+        let identity = match last.take() {
+            Some((name, identity)) if name == blob => identity,
             _ => state
                 .publications
                 .is_public(&blob)
                 .then(|| state.blobs.in_memory(&blob))??,
         };
-        gathered.add(&member, &forms).ok()?;
-        last = Some((blob, forms));
+        gathered.add(&member, &identity).ok()?;
+        last = Some((blob, identity));
     }
     gathered.answer(method, fields).ok()
 }

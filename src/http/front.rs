@@ -24,7 +24,8 @@ use super::{
     bundle::{self, Bundle},
     direct::{Ready, Simple},
     fields::Fields,
-    immutable, links,
+    immutable::{self, BlobResponse, Chosen},
+    links,
     peer::Peer,
     routes,
 };
@@ -112,7 +113,8 @@ impl Front {
             metrics.bundle(response.status(), response.body().len(), started.elapsed());
             return Some(response);
         }
-        let response = immutable::object_in_memory(&self.0.state, asked, |object| object.answer(method, fields))?;
+        let answer = |object: &BlobResponse, chosen: &Chosen| object.respond(method, chosen);
+        let response = immutable::object_now(&self.0.state, asked, fields, answer)?;
         metrics.immutable(response.status(), response.body().len(), started.elapsed());
         Some(response)
     }
@@ -130,12 +132,11 @@ impl Front {
             metrics.bundle(ready.status, ready.body_bytes(), started.elapsed());
             return Some(answer(ready));
         }
-        immutable::object_in_memory(&self.0.state, asked, |object| {
-            let chosen = object.choose(&simple.method, &simple.fields)?;
-            let ready = Ready::new(&simple.method, object, &chosen, started);
+        immutable::object_now(&self.0.state, asked, &simple.fields, |object, chosen| {
+            let ready = Ready::new(&simple.method, object, chosen, started);
             let metrics = &self.0.state.metrics;
             metrics.immutable(ready.status, ready.body_bytes(), started.elapsed());
-            Ok(answer(ready))
+            answer(ready)
         })
     }
 

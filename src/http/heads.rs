@@ -1,5 +1,5 @@
-//! What stands at the head of answers with one stored form? Made once per form: as fields for hyper, and as they go over
-//! the wire for the way in front of it.
+//! What stands at the head of answers with one stored form? Made when it is first needed, once per form: as fields for hyper, and as
+//! they go over the wire for the way in front of it. Whoever is sent a form that is soon thrown out again waits for no more than that.
 
 use std::sync::OnceLock;
 
@@ -10,63 +10,96 @@ use bytes::Bytes;
 use super::{around, direct::head_lines, immutable::IMMUTABLE};
 use crate::{
     media,
-    store::{Coding, Representations},
+    store::{Coding, Representation},
 };
 
-/// The header fields of one form as an immutable object, complete: cloned for each answer.
+/// The heads of one form as an immutable object. Fields are complete, and cloned for each answer; lines are without what each answer adds:
+/// the end, and the length and range of a slice.
 #[derive(Debug)]
 pub(super) struct Heads {
-    pub(super) whole: HeaderMap,
-    /// Of a 304.
-    pub(super) unchanged: HeaderMap,
-    written: OnceLock<Written>,
-}
-
-/// The same as HTTP/1.1 writes them, without what each answer adds: the end, and the length and range of a slice.
-#[derive(Debug)]
-pub(super) struct Written {
-    pub(super) whole: Bytes,
-    pub(super) slice: Bytes,
-    pub(super) unchanged: Bytes,
+    etag: HeaderValue,
+    kind: &'static str,
+    coding: Option<Coding>,
+    /// Whether there are other forms.
+    varies: bool,
+    length: usize,
+    whole: OnceLock<HeaderMap>,
+    unchanged: OnceLock<HeaderMap>,
+    written_whole: OnceLock<Bytes>,
+    written_slice: OnceLock<Bytes>,
+    written_unchanged: OnceLock<Bytes>,
 }
 
 impl Heads {
-    pub(super) fn of(name: &BlobName, forms: &Representations, coding: Option<Coding>) -> Self {
-        let form = forms.of(coding).expect("heads are made of stored forms");
-        // With room for what a slice adds.
-        let mut unchanged = HeaderMap::with_capacity(16);
-        let etag = HeaderValue::from_maybe_shared(form.etag.clone()).expect("a tag is quoted hex digits");
-        unchanged.insert(header::ETAG, etag);
-        unchanged.insert(header::CACHE_CONTROL, IMMUTABLE);
-        if forms.has_variants() {
-            insert(&mut unchanged, header::VARY, "Accept-Encoding");
-        }
-        let mut whole = unchanged.clone();
-        around::for_everybody(StatusCode::NOT_MODIFIED, &mut unchanged);
-        around::for_everybody(StatusCode::OK, &mut whole);
-        insert(&mut whole, header::CONTENT_TYPE, media::kind(name.ext()));
-        insert(&mut whole, header::ACCEPT_RANGES, "bytes");
-        if let Some(coding) = coding {
-            insert(&mut whole, header::CONTENT_ENCODING, coding.token());
-        }
-        whole.insert(header::CONTENT_LENGTH, form.bytes.len().into());
+    pub(super) fn of(name: &BlobName, form: &Representation, coding: Option<Coding>, varies: bool) -> Self {
         Self {
-            whole,
-            unchanged,
-            written: OnceLock::new(),
+            etag: HeaderValue::from_maybe_shared(form.etag.clone()).expect("a tag is quoted hex digits"),
+            kind: media::kind(name.ext()),
+            coding,
+            varies,
+            length: form.bytes.len(),
+            whole: OnceLock::new(),
+            unchanged: OnceLock::new(),
+            written_whole: OnceLock::new(),
+            written_slice: OnceLock::new(),
+            written_unchanged: OnceLock::new(),
         }
     }
 
-    pub(super) fn written(&self) -> &Written {
-        self.written.get_or_init(|| {
-            let mut slice = self.whole.clone();
+    pub(super) fn whole(&self) -> &HeaderMap {
+        self.whole.get_or_init(|| self.fields_of_whole())
+    }
+
+    /// Of a 304.
+    pub(super) fn unchanged(&self) -> &HeaderMap {
+        self.unchanged.get_or_init(|| self.fields_of_unchanged())
+    }
+
+    pub(super) fn written_whole(&self) -> &Bytes {
+        let written = || head_lines(StatusCode::OK, &self.fields_of_whole()).into();
+        self.written_whole.get_or_init(written)
+    }
+
+    pub(super) fn written_slice(&self) -> &Bytes {
+        self.written_slice.get_or_init(|| {
+            let mut slice = self.fields_of_whole();
             slice.remove(header::CONTENT_LENGTH);
-            Written {
-                whole: head_lines(StatusCode::OK, &self.whole).into(),
-                slice: head_lines(StatusCode::PARTIAL_CONTENT, &slice).into(),
-                unchanged: head_lines(StatusCode::NOT_MODIFIED, &self.unchanged).into(),
-            }
+            head_lines(StatusCode::PARTIAL_CONTENT, &slice).into()
         })
+    }
+
+    pub(super) fn written_unchanged(&self) -> &Bytes {
+        let written = || head_lines(StatusCode::NOT_MODIFIED, &self.fields_of_unchanged()).into();
+        self.written_unchanged.get_or_init(written)
+    }
+
+    fn fields_of_whole(&self) -> HeaderMap {
+        let mut whole = self.fields_of_all();
+        around::for_everybody(StatusCode::OK, &mut whole);
+        insert(&mut whole, header::CONTENT_TYPE, self.kind);
+        insert(&mut whole, header::ACCEPT_RANGES, "bytes");
+        if let Some(coding) = self.coding {
+            insert(&mut whole, header::CONTENT_ENCODING, coding.token());
+        }
+        whole.insert(header::CONTENT_LENGTH, self.length.into());
+        whole
+    }
+
+    fn fields_of_unchanged(&self) -> HeaderMap {
+        let mut unchanged = self.fields_of_all();
+        around::for_everybody(StatusCode::NOT_MODIFIED, &mut unchanged);
+        unchanged
+    }
+
+    fn fields_of_all(&self) -> HeaderMap {
+        // With room for what a slice adds.
+        let mut fields = HeaderMap::with_capacity(16);
+        fields.insert(header::ETAG, self.etag.clone());
+        fields.insert(header::CACHE_CONTROL, IMMUTABLE);
+        if self.varies {
+            insert(&mut fields, header::VARY, "Accept-Encoding");
+        }
+        fields
     }
 }
 

@@ -4,7 +4,7 @@
 //! identity; everything else is negotiated. One [`BlobResponse`] serves `/o/{name}` and, with a shorter life and a
 //! `Content-Location`, routes whose answer is such an object.
 
-use std::{collections::VecDeque, ops::Range};
+use std::{collections::VecDeque, ops::Range, sync::Arc};
 
 use axum::{
     body::Body,
@@ -29,7 +29,7 @@ use super::{
 };
 use crate::{
     media,
-    store::{Representation, Representations},
+    store::{BlobStore, Coding, Representation, Representations, StoreError},
 };
 
 /// `GET /o/{name}`: an immutable object, or a rung of one.
@@ -45,16 +45,31 @@ pub(super) async fn object(
         Some(rung) => rung.whole(),
         None => name.parse().map_err(|_| unknown())?,
     };
-    let forms = visitor.blob(&blob).await?.ok_or_else(unknown)?;
-    let answered = with_object(&blob, rung, &forms, |object| object.answer(&method, &headers));
-    answered.map(|response| response.map(Body::new))
+    let Some(rung) = rung else {
+        let forms = visitor.blob(&blob, wished(&headers)).await?.ok_or_else(unknown)?;
+        let object = BlobResponse {
+            name: &blob,
+            forms: &forms,
+            life: Life::Immutable,
+        };
+        return object.answer(visitor.blobs(), &forms, &method, &headers).await;
+    };
+    let whole = visitor.identity(&blob).await?.ok_or_else(unknown)?;
+    let cut = Arc::new(rungs::cut(rung, &whole)?);
+    let object = BlobResponse {
+        name: &blob,
+        forms: &cut,
+        life: Life::Immutable,
+    };
+    object.answer(visitor.blobs(), &cut, &method, &headers).await
 }
 
-/// The same without waiting, when the object is public and in memory and nothing about the request needs an explanation.
-pub(super) fn object_in_memory<A>(
+/// The same without waiting, when the object is public and in memory, or at hand, and nothing about the request needs an explanation.
+pub(super) fn object_now<A>(
     state: &AppState,
     (method, path): (&Method, &str),
-    answer: impl FnOnce(&BlobResponse) -> Result<A, ApiError>,
+    fields: &impl Fields,
+    answer: impl FnOnce(&BlobResponse, &Chosen) -> A,
 ) -> Option<A> {
     if !matches!(*method, Method::GET | Method::HEAD) {
         return None;
@@ -65,26 +80,47 @@ pub(super) fn object_in_memory<A>(
         Some(rung) => rung.whole(),
         None => name.parse().ok()?,
     };
-    let forms = state.blobs.in_memory(&blob)?;
+    let blobs = &state.blobs;
+    let forms = blobs.known(&blob)?;
     if !state.publications.is_public(&blob) {
         return None;
     }
-    with_object(&blob, rung, &forms, answer).ok()
+    let mut read = false;
+    let mut load = |coding| {
+        read = true;
+        blobs.load_now(&blob, &forms, coding).then_some(())
+    };
+    if rung.is_some() && forms.of(None).is_none() {
+        load(None)?;
+    }
+    let cut = match rung {
+        Some(rung) => Some(rungs::cut(rung, &forms.of(None)?.bytes).ok()?),
+        None => None,
+    };
+    let object = BlobResponse {
+        name: &blob,
+        forms: cut.as_ref().unwrap_or(&forms),
+        life: Life::Immutable,
+    };
+    let chosen = loop {
+        match object.choose(method, fields).ok()? {
+            Ok(chosen) => break chosen,
+            Err(NotInMemory(coding)) => load(coding)?,
+        }
+    };
+    if !read {
+        blobs.was_in_memory();
+    }
+    Some(answer(&object, &chosen))
 }
 
-/// Answers with a stored object, or with just a rung of it.
-fn with_object<A>(
-    name: &BlobName,
-    rung: Option<RungName>,
-    forms: &Representations,
-    answer: impl FnOnce(&BlobResponse) -> Result<A, ApiError>,
-) -> Result<A, ApiError> {
-    let cut = rung.map(|rung| rungs::cut(rung, forms)).transpose()?;
-    answer(&BlobResponse {
-        name,
-        forms: cut.as_ref().unwrap_or(forms),
-        life: Life::Immutable,
-    })
+/// Which form will most likely be sent, of whatever object.
+pub(super) fn wished(fields: &impl Fields) -> Option<Coding> {
+    if fields.has(&header::RANGE) {
+        None
+    } else {
+        negotiate::wished(fields)
+    }
 }
 
 /// How long an answer may be kept.
@@ -116,6 +152,10 @@ pub(super) struct Chosen<'a> {
     pub(super) part: Part,
 }
 
+/// The form that was chosen is not in memory yet.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NotInMemory(pub(super) Option<Coding>);
+
 /// Which part of a form.
 #[derive(Debug)]
 pub(super) enum Part {
@@ -127,19 +167,29 @@ pub(super) enum Part {
 }
 
 impl BlobResponse<'_> {
-    /// What a GET or HEAD gets.
-    pub(super) fn choose(&self, method: &Method, fields: &impl Fields) -> Result<Chosen<'_>, ApiError> {
-        let identity = &self.forms.identity;
-        let len = identity.bytes.len() as u64;
+    /// What a GET or HEAD gets, if the form that it is made of is in memory.
+    pub(super) fn choose(
+        &self,
+        method: &Method,
+        fields: &impl Fields,
+    ) -> Result<Result<Chosen<'_>, NotInMemory>, ApiError> {
         // A range means the identity, and HEAD has none (RFC 9110 §14.2).
-        let asked = if method == Method::GET
-            && fields.has(&header::RANGE)
-            && negotiate::takes_identity(fields)
-            && conditional::range_applies(fields, &identity.etag)
-        {
-            ranges::read(fields, len)
+        let (asked, len) = if method == Method::GET && fields.has(&header::RANGE) && negotiate::takes_identity(fields) {
+            let Some(identity) = self.forms.of(None) else {
+                return Ok(Err(NotInMemory(None)));
+            };
+            let len = identity.bytes.len() as u64;
+            let applies = conditional::range_applies(fields, &identity.etag);
+            (
+                if applies {
+                    ranges::read(fields, len)
+                } else {
+                    Asked::Whole
+                },
+                len,
+            )
         } else {
-            Asked::Whole
+            (Asked::Whole, 0)
         };
         let coding = match asked {
             Asked::Whole => match negotiate::choose(fields, self.forms) {
@@ -148,8 +198,12 @@ impl BlobResponse<'_> {
             },
             _ => None,
         };
-        let form = self.forms.of(coding).expect("only stored forms are chosen");
-        let heads = form.derived.get_or_make(|| Heads::of(self.name, self.forms, coding));
+        let Some(form) = self.forms.of(coding) else {
+            return Ok(Err(NotInMemory(coding)));
+        };
+        let heads = form
+            .derived
+            .get_or_make(|| Heads::of(self.name, form, coding, self.forms.has_variants()));
         let part = match (conditional::evaluate(fields, &form.etag), asked) {
             (Verdict::Failed, _) => return Err(ApiError::PreconditionFailed),
             (Verdict::NotModified, _) => Part::Unchanged,
@@ -161,22 +215,37 @@ impl BlobResponse<'_> {
                 return Err(ApiError::RangeNotSatisfiable { len, varies });
             }
         };
-        Ok(Chosen { form, heads, part })
+        Ok(Ok(Chosen { form, heads, part }))
     }
 
-    /// Answers a GET or HEAD.
-    pub(super) fn answer(&self, method: &Method, fields: &impl Fields) -> Result<Response<BlobBody>, ApiError> {
-        Ok(self.respond(method, &self.choose(method, fields)?))
+    /// Answers a GET or HEAD with the form that is chosen of these, which is read for it.
+    pub(super) async fn answer(
+        &self,
+        blobs: &BlobStore,
+        forms: &Arc<Representations>,
+        method: &Method,
+        fields: &HeaderMap,
+    ) -> Result<Response, ApiError> {
+        loop {
+            match self.choose(method, fields)? {
+                Ok(chosen) => return Ok(self.respond(method, &chosen).map(Body::new)),
+                // One that proves damaged is not chosen again.
+                Err(NotInMemory(coding)) => match blobs.load(self.name, forms, coding).await {
+                    Err(StoreError::Missing(name)) => return Err(ApiError::NotFound(format!("object `{name}`"))),
+                    loaded => loaded?,
+                },
+            }
+        }
     }
 
     /// The answer with what was chosen.
     pub(super) fn respond(&self, method: &Method, chosen: &Chosen) -> Response<BlobBody> {
         let Chosen { form, heads, part } = chosen;
         let mut response = match part {
-            Part::Unchanged => respond(StatusCode::NOT_MODIFIED, heads.unchanged.clone(), BlobBody::default()),
-            Part::Whole => respond(StatusCode::OK, heads.whole.clone(), BlobBody::One(form.bytes.clone())),
-            Part::One(slice) => self.slice(heads, slice),
-            Part::Many(slices) => self.slices(heads, slices),
+            Part::Unchanged => respond(StatusCode::NOT_MODIFIED, heads.unchanged().clone(), BlobBody::default()),
+            Part::Whole => respond(StatusCode::OK, heads.whole().clone(), BlobBody::One(form.bytes.clone())),
+            Part::One(slice) => slice_of(form, heads, slice),
+            Part::Many(slices) => self.slices(form, heads, slices),
         };
         if self.life == Life::Current {
             let headers = response.headers_mut();
@@ -190,19 +259,7 @@ impl BlobResponse<'_> {
         response
     }
 
-    fn slice(&self, heads: &Heads, slice: &Range<u64>) -> Response<BlobBody> {
-        let form = &self.forms.identity;
-        let mut headers = heads.whole.clone();
-        let content_range = content_range(slice, form.bytes.len());
-        let content_range = HeaderValue::try_from(content_range).expect("digits and punctuation");
-        headers.insert(header::CONTENT_RANGE, content_range);
-        headers.insert(header::CONTENT_LENGTH, (slice.end - slice.start).into());
-        let body = BlobBody::One(form.bytes.slice(slice.start as usize..slice.end as usize));
-        respond(StatusCode::PARTIAL_CONTENT, headers, body)
-    }
-
-    fn slices(&self, heads: &Heads, slices: &[Range<u64>]) -> Response<BlobBody> {
-        let form = &self.forms.identity;
+    fn slices(&self, form: &Representation, heads: &Heads, slices: &[Range<u64>]) -> Response<BlobBody> {
         // Derived from the content's own hash, which nothing can contain but by breaking SHA-256.
         let boundary = format!("belvedere-{}", &self.name.hash().to_string()[..40]);
         let media_type = media::kind(self.name.ext());
@@ -217,7 +274,7 @@ impl BlobResponse<'_> {
         }
         parts.push_back(format!("\r\n--{boundary}--\r\n").into());
         let body = BlobBody::Many(parts);
-        let mut headers = heads.whole.clone();
+        let mut headers = heads.whole().clone();
         let content_type = HeaderValue::try_from(format!("multipart/byteranges; boundary={boundary}"));
         headers.insert(
             header::CONTENT_TYPE,
@@ -226,6 +283,16 @@ impl BlobResponse<'_> {
         headers.insert(header::CONTENT_LENGTH, body.len().into());
         respond(StatusCode::PARTIAL_CONTENT, headers, body)
     }
+}
+
+fn slice_of(form: &Representation, heads: &Heads, slice: &Range<u64>) -> Response<BlobBody> {
+    let mut headers = heads.whole().clone();
+    let content_range = content_range(slice, form.bytes.len());
+    let content_range = HeaderValue::try_from(content_range).expect("digits and punctuation");
+    headers.insert(header::CONTENT_RANGE, content_range);
+    headers.insert(header::CONTENT_LENGTH, (slice.end - slice.start).into());
+    let body = BlobBody::One(form.bytes.slice(slice.start as usize..slice.end as usize));
+    respond(StatusCode::PARTIAL_CONTENT, headers, body)
 }
 
 /// Answers with a small mutable document: a pointer, a list, the result of a query.

@@ -19,10 +19,22 @@ pub(super) enum Choice {
 
 /// Chooses among the stored forms.
 pub(super) fn choose(headers: &impl Fields, forms: &Representations) -> Choice {
+    best(headers, |coding| forms.has(coding))
+}
+
+/// What is chosen of a blob that has all forms.
+pub(super) fn wished(headers: &impl Fields) -> Option<Coding> {
+    match best(headers, |_| true) {
+        Choice::Form(coding) => coding,
+        Choice::NotAcceptable => None,
+    }
+}
+
+fn best(headers: &impl Fields, has: impl Fn(Option<Coding>) -> bool) -> Choice {
     let accept = Accept::read(headers);
     let mut best: Option<(u16, Option<Coding>)> = None;
     for coding in [Some(Coding::Zstd), Some(Coding::Gzip), None] {
-        let Some(quality) = forms.of(coding).and_then(|_| accept.quality(coding)) else {
+        let Some(quality) = accept.quality(coding).filter(|_| has(coding)) else {
             continue;
         };
         if best.is_none_or(|(other, _)| quality > other) {
@@ -118,26 +130,15 @@ fn thousandths(text: &str) -> Option<u16> {
 #[cfg(test)]
 mod tests {
     use axum::http::HeaderMap;
-    use bytes::Bytes;
 
     use super::*;
-    use crate::store::Representation;
-
-    fn forms(variants: bool) -> Representations {
-        let form = || Representation::new(Bytes::new(), Bytes::new());
-        Representations {
-            identity: form(),
-            zstd: variants.then(form),
-            gzip: variants.then(form),
-        }
-    }
 
     fn choice(accept: Option<&str>, variants: bool) -> &'static str {
         let headers: HeaderMap = accept
             .map(|a| (header::ACCEPT_ENCODING, a.parse().unwrap()))
             .into_iter()
             .collect();
-        match choose(&headers, &forms(variants)) {
+        match best(&headers, |coding| coding.is_none() || variants) {
             Choice::NotAcceptable => "406",
             Choice::Form(coding) => coding.map_or("identity", Coding::token),
         }

@@ -4,7 +4,6 @@
 //! one answer. Pages link to the next one with the revision in the link, so that a client never mixes two revisions.
 
 use axum::{
-    body::Body,
     extract::State,
     http::{HeaderMap, Method},
     response::Response,
@@ -17,7 +16,7 @@ use serde::Serialize;
 use super::{
     error::ApiError,
     extract::{Form, Path, Query},
-    immutable::{BlobResponse, Life, current_answer, json_answer},
+    immutable::{self, BlobResponse, Life, current_answer, json_answer},
     visible::OnLine,
     visitor::Visitor,
 };
@@ -180,12 +179,8 @@ pub(super) async fn level(
 async fn plain(blobs: &BlobStore, on_line: OnLine, name: &BlobName, headers: &HeaderMap) -> Result<Response, ApiError> {
     // From the route of a level to `/o/`, wherever the tree is mounted.
     const PICTURES: &str = "../../../../../../o/";
-    let forms = blobs.get(name).await?;
-    let published = forms
-        .ok_or_else(|| ReadError::Missing(name.clone()))?
-        .identity
-        .bytes
-        .clone();
+    let published = blobs.get(name).await?;
+    let published = published.ok_or_else(|| ReadError::Missing(name.clone()))?;
     let plain = on_line.run(move || glb::plain(&published, PICTURES)).await?;
     let plain = plain.map_err(|e| ApiError::Internal(anyhow::Error::new(e).context(format!("blob {name}"))))?;
     let etag = format!("\"{}-plain-{}\"", name.hash(), env!("CARGO_PKG_VERSION"));
@@ -193,15 +188,14 @@ async fn plain(blobs: &BlobStore, on_line: OnLine, name: &BlobName, headers: &He
 }
 
 async fn blob(blobs: &BlobStore, name: &BlobName, method: &Method, headers: &HeaderMap) -> Result<Response, ApiError> {
-    let forms = blobs.get(name).await?;
+    let forms = blobs.forms(name, immutable::wished(headers)).await?;
     let forms = forms.ok_or_else(|| ReadError::Missing(name.clone()))?;
-    BlobResponse {
+    let object = BlobResponse {
         name,
         forms: &forms,
         life: Life::Current,
-    }
-    .answer(method, headers)
-    .map(|response| response.map(Body::new))
+    };
+    object.answer(blobs, &forms, method, headers).await
 }
 
 fn json<T: Serialize>(headers: &HeaderMap, published: &Published, answer: &T) -> Result<Response, ApiError> {

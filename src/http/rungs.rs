@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use belvedere_scene::{rung::RungName, smooth::Header};
+use bytes::Bytes;
 
 use super::error::ApiError;
 use crate::store::{Representation, Representations};
@@ -12,24 +13,19 @@ use crate::store::{Representation, Representations};
 ///
 /// # Errors
 /// When the stream has fewer rungs, or is none.
-pub(super) fn cut(rung: RungName, whole: &Representations) -> Result<Representations, ApiError> {
-    let bytes = whole.identity.bytes.slice(part(rung, whole)?);
+pub(super) fn cut(rung: RungName, whole: &Bytes) -> Result<Representations, ApiError> {
+    let bytes = whole.slice(part(rung, whole)?);
     let etag = format!("\"{}-r{}\"", rung.hash, rung.number);
-    Ok(Representations {
-        identity: Representation::new(bytes, etag.into()),
-        zstd: None,
-        gzip: None,
-    })
+    Ok(Representations::alone(Representation::new(bytes, etag.into())))
 }
 
 /// Where a rung lies in the stored stream.
 ///
 /// # Errors
 /// When the stream has fewer rungs, or is none.
-pub(super) fn part(rung: RungName, whole: &Representations) -> Result<Range<usize>, ApiError> {
-    let bytes = &whole.identity.bytes;
+pub(super) fn part(rung: RungName, whole: &[u8]) -> Result<Range<usize>, ApiError> {
     let broken = |cause: &str| ApiError::Internal(anyhow::anyhow!("{} has no rungs: {cause}", rung.whole()));
-    let header = match Header::read(bytes) {
+    let header = match Header::read(whole) {
         Ok(Some((header, _))) => header,
         Ok(None) => return Err(broken("its header is not whole")),
         Err(cause) => return Err(broken(&cause.to_string())),
@@ -43,7 +39,7 @@ pub(super) fn part(rung: RungName, whole: &Representations) -> Result<Range<usiz
         ApiError::NotFound(format!("rung r{} of `{}`; it has {rungs}", rung.number, rung.whole()))
     })?;
     let slice = slice.start as usize..slice.end as usize;
-    match bytes.get(slice.clone()) {
+    match whole.get(slice.clone()) {
         Some(_) => Ok(slice),
         None => Err(broken("it ends before its header says")),
     }

@@ -9,6 +9,7 @@ use axum::{
     http::{HeaderMap, HeaderValue, header, request::Parts},
 };
 use belvedere_scene::{BlobName, SceneName};
+use bytes::Bytes;
 use tokio::{
     sync::{OnceCell, watch},
     time::timeout,
@@ -19,7 +20,7 @@ use crate::{
     keys::{Grant, Scope},
     published::{Document, Published, Snapshot},
     secret::Secret,
-    store::Representations,
+    store::{BlobStore, Coding, Representations},
 };
 
 /// A key that is revoked is noticed after so long by whoever is answered for longer.
@@ -69,14 +70,33 @@ impl Visitor {
         published.filter(|_| may).cloned().ok_or_else(missing)
     }
 
-    /// An immutable object, if it is stored and some scene that may be seen needs it.
-    pub(super) async fn blob(&self, blob: &BlobName) -> Result<Option<Arc<Representations>>, ApiError> {
+    /// The forms of an immutable object, if it is stored and some scene that may be seen needs it; one of them is in memory, the
+    /// one that is wished for if there is one.
+    pub(super) async fn blob(
+        &self,
+        blob: &BlobName,
+        wished: Option<Coding>,
+    ) -> Result<Option<Arc<Representations>>, ApiError> {
         // Asked first: strangers are told nothing of the store either.
+        if self.may_read(blob).await? {
+            Ok(self.state.blobs.forms(blob, wished).await?)
+        } else {
+            Ok(None)
+        }
+    }
+
+    /// The bytes of the same.
+    pub(super) async fn identity(&self, blob: &BlobName) -> Result<Option<Bytes>, ApiError> {
         if self.may_read(blob).await? {
             Ok(self.state.blobs.get(blob).await?)
         } else {
             Ok(None)
         }
+    }
+
+    /// Where objects are.
+    pub(super) fn blobs(&self) -> &BlobStore {
+        &self.state.blobs
     }
 
     async fn may_read(&self, blob: &BlobName) -> Result<bool, ApiError> {

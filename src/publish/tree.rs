@@ -82,16 +82,16 @@ async fn write_page(to: &Target) -> anyhow::Result<()> {
                     .await?;
             }
         }
-        to.replace(path, &forms.identity.bytes).await?;
+        let identity = forms.of(None).expect("a file of the page is in memory");
+        to.replace(path, &identity.bytes).await?;
     }
     Ok(())
 }
 
 /// Writes the rungs of a smooth LOD that are not there yet; gives how many it has.
 async fn write_rungs(store: &BlobStore, name: &BlobName, to: &Target) -> anyhow::Result<u64> {
-    let forms = store.get(name).await?.with_context(|| format!("{name} is gone"))?;
-    let bytes = &forms.identity.bytes;
-    let header = Header::read(bytes).with_context(|| format!("cannot read {name}"))?;
+    let bytes = store.get(name).await?.with_context(|| format!("{name} is gone"))?;
+    let header = Header::read(&bytes).with_context(|| format!("cannot read {name}"))?;
     let cuts = header.map_or(Vec::new(), |(header, _)| header.cuts);
     let mut from = 0;
     for (number, cut) in (0u8..).zip(&cuts) {

@@ -188,7 +188,7 @@ impl SceneReader {
         let Some(entry) = self.cell_entry(cell).await? else {
             return Ok(None);
         };
-        let decode = |bytes: &[u8]| CellRecord::decode(bytes).map_err(|e| e.to_string());
+        let decode = |bytes: &[u8]| CellRecord::decode(&bytes).map_err(|e| e.to_string());
         self.decode(&entry.record, decode).await.map(Some)
     }
 
@@ -231,7 +231,7 @@ impl SceneReader {
         let Some(name) = self.cell_entry(cell).await?.and_then(|entry| entry.steps) else {
             return Ok(None);
         };
-        let decode = |bytes: &[u8]| Steps::decode(bytes).map_err(|e| e.to_string());
+        let decode = |bytes: &[u8]| Steps::decode(&bytes).map_err(|e| e.to_string());
         self.decode(&name, decode).await.map(Some)
     }
 
@@ -395,11 +395,10 @@ impl SceneReader {
             reason,
         };
         let load = async {
-            let forms = self.blobs.get(name).await?;
-            let forms = forms.ok_or_else(|| ReadError::Missing(name.clone()))?;
-            let bytes = &forms.identity.bytes;
+            let bytes = self.blobs.get(name).await?;
+            let bytes = bytes.ok_or_else(|| ReadError::Missing(name.clone()))?;
             Ok::<_, ReadError>(Decoded {
-                document: Arc::new(decode(bytes).map_err(malformed)?),
+                document: Arc::new(decode(&bytes).map_err(malformed)?),
                 source_bytes: bytes.len() as u64,
             })
         };

@@ -5,6 +5,10 @@
 
 use std::io::{self, Read, Write};
 
+use belvedere_scene::BlobName;
+
+use super::MAX_BLOB_BYTES;
+
 /// A content coding other than the identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coding {
@@ -59,16 +63,35 @@ impl Coding {
 
     /// Whether a variant is whole and of these bytes.
     pub(super) fn decodes_to(self, variant: &[u8], bytes: &[u8]) -> bool {
+        self.decoded(variant, bytes.len() as u64)
+            .is_some_and(|decoded| decoded == bytes)
+    }
+
+    /// Whether a variant is whole and of the bytes that this name hashes.
+    pub(super) fn decodes_to_name(self, variant: &[u8], name: &BlobName) -> bool {
+        self.decoded(variant, MAX_BLOB_BYTES)
+            .is_some_and(|decoded| name.is_of(&decoded))
+    }
+
+    /// What a variant decodes to, if it is whole, nothing follows it, and it decodes to no more bytes than these.
+    fn decoded(self, variant: &[u8], most: u64) -> Option<Vec<u8>> {
+        let mut decoded = Vec::new();
         // One byte more than there should be shows that there are too many.
-        let most = bytes.len() as u64 + 1;
-        let mut decoded = Vec::with_capacity(bytes.len());
-        let read = match self {
-            Self::Zstd => zstd::Decoder::new(variant).and_then(|d| d.take(most).read_to_end(&mut decoded)),
-            Self::Gzip => flate2::read::GzDecoder::new(variant)
-                .take(most)
-                .read_to_end(&mut decoded),
-        };
-        read.is_ok() && decoded == bytes
+        let most_read = most + 1;
+        match self {
+            Self::Zstd => {
+                let decoder = zstd::Decoder::with_buffer(variant).ok()?;
+                decoder.take(most_read).read_to_end(&mut decoded).ok()?;
+            }
+            Self::Gzip => {
+                let mut decoder = flate2::bufread::GzDecoder::new(variant).take(most_read);
+                decoder.read_to_end(&mut decoded).ok()?;
+                if !decoder.into_inner().into_inner().is_empty() {
+                    return None;
+                }
+            }
+        }
+        (decoded.len() as u64 <= most).then_some(decoded)
     }
 }
 
@@ -107,6 +130,11 @@ mod tests {
             assert!(!coding.decodes_to(&variant, &bytes[..bytes.len() - 1]));
             assert!(!coding.decodes_to(&variant[..variant.len() - 1], &bytes));
             assert!(!coding.decodes_to(&[], &bytes));
+            assert!(!coding.decodes_to(&[&variant[..], b"more"].concat(), &bytes));
+            let name = |bytes: &[u8]| BlobName::of(bytes, "bin").unwrap();
+            assert!(coding.decodes_to_name(&variant, &name(&bytes)));
+            assert!(!coding.decodes_to_name(&variant, &name(&bytes[1..])));
+            assert!(!coding.decodes_to_name(&variant[1..], &name(&bytes)));
         }
     }
 

@@ -8,6 +8,7 @@ use std::{
 use belvedere_scene::{BlobHash, BlobName};
 use bytes::Bytes;
 use quick_cache::Weighter;
+use tokio::sync::OnceCell;
 
 use super::{Coding, coding};
 
@@ -49,57 +50,120 @@ impl Derived {
     }
 }
 
-/// Every stored form of one blob.
+/// Which forms of one blob are stored, and those of them that are in memory.
 #[derive(Debug)]
 pub struct Representations {
     /// The bytes that the name hashes.
-    pub identity: Representation,
+    identity: Slot,
     /// Zstandard, when it saves enough.
-    pub zstd: Option<Representation>,
+    zstd: Option<Slot>,
     /// gzip, when it saves enough.
-    pub gzip: Option<Representation>,
+    gzip: Option<Slot>,
 }
 
+/// A stored form: empty until somebody asks for it, and then what was read, or nothing where that is damaged.
+pub(super) type Slot = OnceCell<Option<Representation>>;
+
 impl Representations {
-    /// Those of bytes that are in no store, tagged as if they were: with all codings that save enough.
-    pub(crate) fn of_bytes(bytes: Bytes) -> Self {
-        let hash = BlobHash::of(&bytes);
-        let tag = |end: &str| Bytes::from(format!("\"{hash}{end}\""));
-        let (mut zstd, mut gzip) = (None, None);
-        // An encoder that fails, as without memory, costs a form.
-        for (coding, encoded) in coding::variants(&bytes).unwrap_or_default() {
-            let form = Representation::new(encoded.into(), tag(&format!("-{}", coding.token())));
-            match coding {
-                Coding::Zstd => zstd = Some(form),
-                Coding::Gzip => gzip = Some(form),
-            }
-        }
+    /// Those of a blob that is stored with these codings, of which nothing is read yet.
+    pub(super) fn stored(with: impl Fn(Coding) -> bool) -> Self {
+        let slot = |coding| with(coding).then(Slot::default);
         Self {
-            identity: Representation::new(bytes, tag("")),
-            zstd,
-            gzip,
+            identity: Slot::default(),
+            zstd: slot(Coding::Zstd),
+            gzip: slot(Coding::Gzip),
         }
     }
 
-    /// The form with this coding; `None` stands for the identity, which is always there.
+    /// Nothing but an identity.
+    #[must_use]
+    pub fn alone(identity: Representation) -> Self {
+        Self {
+            identity: Some(identity).into(),
+            zstd: None,
+            gzip: None,
+        }
+    }
+
+    /// An identity, and other forms of it.
+    pub(super) fn held(identity: Representation, variants: impl IntoIterator<Item = (Coding, Representation)>) -> Self {
+        let mut forms = Self::alone(identity);
+        for (coding, form) in variants {
+            let slot = Some(Some(form).into());
+            match coding {
+                Coding::Zstd => forms.zstd = slot,
+                Coding::Gzip => forms.gzip = slot,
+            }
+        }
+        forms
+    }
+
+    /// Those of bytes that are in no store, tagged as if they were: with all codings that save enough.
+    pub(crate) fn of_bytes(bytes: Bytes) -> Self {
+        let hash = BlobHash::of(&bytes);
+        // An encoder that fails, as without memory, costs a form.
+        let variants = coding::variants(&bytes).unwrap_or_default();
+        let variants = variants.into_iter().map(|(coding, encoded)| {
+            let form = Representation::new(encoded.into(), etag(hash, Some(coding)));
+            (coding, form)
+        });
+        Self::held(Representation::new(bytes, etag(hash, None)), variants)
+    }
+
+    /// The form with this coding, if it is in memory; `None` stands for the identity.
     #[must_use]
     pub fn of(&self, coding: Option<Coding>) -> Option<&Representation> {
+        self.slot(coding)?.get()?.as_ref()
+    }
+
+    /// Whether there is a form with this coding, in memory or not, which nobody has found damaged.
+    #[must_use]
+    pub fn has(&self, coding: Option<Coding>) -> bool {
+        self.slot(coding).is_some_and(|slot| !matches!(slot.get(), Some(None)))
+    }
+
+    /// Whether there is more than one form to choose from.
+    #[must_use]
+    pub fn has_variants(&self) -> bool {
+        Coding::ALL.into_iter().any(|coding| self.has(Some(coding)))
+    }
+
+    pub(super) fn slot(&self, coding: Option<Coding>) -> Option<&Slot> {
         match coding {
             None => Some(&self.identity),
             Some(Coding::Zstd) => self.zstd.as_ref(),
             Some(Coding::Gzip) => self.gzip.as_ref(),
         }
     }
+}
 
-    /// Whether there is more than one form to choose from.
-    #[must_use]
-    pub fn has_variants(&self) -> bool {
-        self.zstd.is_some() || self.gzip.is_some()
-    }
+/// The strong entity tag of a form.
+pub(super) fn etag(hash: BlobHash, coding: Option<Coding>) -> Bytes {
+    let tag = match coding {
+        None => format!("\"{hash}\""),
+        Some(coding) => format!("\"{hash}-{}\"", coding.token()),
+    };
+    tag.into()
+}
 
-    pub(super) fn bytes(&self) -> u64 {
-        let len = |form: Option<&Representation>| form.map_or(0, |form| form.bytes.len() as u64);
-        len(Some(&self.identity)) + len(self.zstd.as_ref()) + len(self.gzip.as_ref())
+/// A blob as the cache holds it.
+#[derive(Debug, Clone)]
+pub(super) struct Entry {
+    pub(super) forms: Arc<Representations>,
+    /// What it weighed when it was put there: forms that are read later are weighed when it is put there again.
+    weight: u64,
+}
+
+impl Entry {
+    pub(super) fn of(forms: Arc<Representations>) -> Self {
+        /// The name and the cache's own entry.
+        const BLOB_BYTES: u64 = 512;
+        /// Its tag, and what is derived from it.
+        const FORM_BYTES: u64 = 4096;
+        let codings = [None].into_iter().chain(Coding::ALL.map(Some));
+        let held = codings.filter_map(|coding| forms.of(coding));
+        let weight = BLOB_BYTES + held.map(|form| form.bytes.len() as u64 + FORM_BYTES).sum::<u64>();
+        Self { forms, weight }
     }
 }
 
@@ -107,10 +171,8 @@ impl Representations {
 #[derive(Debug, Clone)]
 pub(super) struct ByBytes;
 
-impl Weighter<BlobName, Arc<Representations>> for ByBytes {
-    fn weight(&self, _: &BlobName, forms: &Arc<Representations>) -> u64 {
-        /// Names, tags, what is derived from each form, and the cache's own entry.
-        const OVERHEAD_BYTES: u64 = 4096;
-        forms.bytes() + OVERHEAD_BYTES
+impl Weighter<BlobName, Entry> for ByBytes {
+    fn weight(&self, _: &BlobName, entry: &Entry) -> u64 {
+        entry.weight
     }
 }

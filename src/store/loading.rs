@@ -1,7 +1,9 @@
 //! How does a blob come into memory, and is it what its name promises?
 //!
-//! Its identity is hashed, and its variants are decoded. Of files all of that is one errand of the blocking pool: to go there and
-//! come back for each file and each check would take longer than reading them.
+//! From a folder only what is asked for is read: an identity is hashed, and of a variant what it decodes to, which is the name of both.
+//! What has proved right before is known by its [seal](super::seals). A look at which forms there are, and the form that is wished
+//! for, are one errand of the blocking pool: to go there and come back for each file and each check would take longer than reading
+//! them. A form that is known, and in the system's memory, needs no errand. From a bucket a blob comes as a whole.
 
 use std::{
     io::ErrorKind,
@@ -13,9 +15,15 @@ use belvedere_scene::{BlobHash, BlobName};
 use bytes::Bytes;
 
 use super::{
-    BlobStore, Coding, Representation, Representations, StoreError, coding, identity_key, io, unfinished::generic,
+    BlobStore, Coding, Folder, Representation, Representations, StoreError, at_hand, coding,
+    forms::{Entry, etag},
+    identity_key, io,
+    unfinished::generic,
     variant_key,
 };
+
+/// What takes longer to read than to hand to another thread is not read by one that others wait for.
+const AT_HAND_BYTES: u32 = 256 << 10;
 
 /// What is stored of a blob.
 struct Stored {
@@ -24,25 +32,221 @@ struct Stored {
 }
 
 impl BlobStore {
-    /// Loads a blob; what comes damaged from a bucket was perhaps changed on its way, and is read once more.
-    pub(super) async fn load(&self, name: &BlobName) -> Result<Arc<Representations>, Option<StoreError>> {
-        if self.inner.folder.is_none() {
-            match self.load_once(name, false).await {
-                Err(Some(StoreError::Corrupt { .. } | StoreError::CorruptVariant { .. })) => {
-                    tracing::warn!(%name, "a blob came damaged from the bucket; it is read again");
-                }
-                loaded => return loaded,
-            }
+    /// The bytes that a blob's name hashes; `None` when there is no such blob.
+    ///
+    /// # Errors
+    /// When the store fails or the stored bytes are damaged.
+    pub async fn get(&self, name: &BlobName) -> Result<Option<Bytes>, StoreError> {
+        let Some(forms) = self.forms(name, None).await? else {
+            return Ok(None);
+        };
+        match self.load(name, &forms, None).await {
+            Ok(()) => Ok(forms.of(None).map(|identity| identity.bytes.clone())),
+            Err(StoreError::Missing(_)) => Ok(None),
+            Err(error) => Err(error),
         }
-        self.load_once(name, true).await
     }
 
-    /// Loads a blob, with the variants that are whole if it may do `without` others.
+    /// Which forms there are of a blob; `None` when there is no such blob. If none is in memory, the one that is wished for
+    /// is read, or the identity where there is no such form.
+    ///
+    /// # Errors
+    /// When the store fails or the stored bytes are damaged.
+    pub async fn forms(
+        &self,
+        name: &BlobName,
+        wished: Option<Coding>,
+    ) -> Result<Option<Arc<Representations>>, StoreError> {
+        if let Some(Entry { forms, .. }) = self.inner.cache.get(name) {
+            let chosen = wished.filter(|coding| forms.has(Some(*coding)));
+            // Otherwise it is read, and counted then.
+            if forms.of(chosen).is_some() {
+                self.was_in_memory();
+            }
+            return Ok(Some(forms));
+        }
+        self.inner.misses.fetch_add(1, Ordering::Relaxed);
+        let looking = async { self.look(name, wished).await.map(|forms| Entry::of(Arc::new(forms))) };
+        // Readers of one blob wait for the first of them, so that a burst loads it once.
+        match self.inner.cache.get_or_insert_async(name, looking).await {
+            Ok(Entry { forms, .. }) => Ok(Some(forms)),
+            Err(None) => Ok(None),
+            Err(Some(error)) => Err(error),
+        }
+    }
+
+    /// Reads one more form of a blob, which is in memory then unless it proves damaged: then it is no more among its forms.
+    ///
+    /// # Errors
+    /// When the store fails, the identity is damaged, or the blob has been deleted since.
+    pub async fn load(
+        &self,
+        name: &BlobName,
+        forms: &Arc<Representations>,
+        coding: Option<Coding>,
+    ) -> Result<(), StoreError> {
+        let (Some(slot), true) = (forms.slot(coding), self.inner.folder.is_some()) else {
+            return Ok(());
+        };
+        if slot.initialized() {
+            return Ok(());
+        }
+        self.inner.misses.fetch_add(1, Ordering::Relaxed);
+        let reading = || {
+            let (store, name, forms) = (self.clone(), name.clone(), forms.clone());
+            aside(move || store.read_form(&name, &forms, coding))
+        };
+        match slot.get_or_try_init(reading).await {
+            Ok(_) => {
+                // It weighs more now, if nobody has thrown it out meanwhile.
+                let _ = self.inner.cache.replace(name.clone(), Entry::of(forms.clone()), true);
+                Ok(())
+            }
+            Err(error) => {
+                self.inner.cache.remove(name);
+                Err(error.unwrap_or_else(|| StoreError::Missing(name.clone())))
+            }
+        }
+    }
+
+    /// The bytes that a blob's name hashes if they are in memory: no waiting and, if they are not, no trace.
+    #[must_use]
+    pub fn in_memory(&self, name: &BlobName) -> Option<Bytes> {
+        let bytes = self.inner.cache.get(name)?.forms.of(None)?.bytes.clone();
+        self.was_in_memory();
+        Some(bytes)
+    }
+
+    /// Which forms there are of a blob, if that is known: no waiting.
+    #[must_use]
+    pub fn known(&self, name: &BlobName) -> Option<Arc<Representations>> {
+        if let Some(Entry { forms, .. }) = self.inner.cache.get(name) {
+            return Some(forms);
+        }
+        let known = self.inner.seals.of(name)?;
+        Some(Arc::new(Representations::stored(|coding| known.with(coding))))
+    }
+
+    /// Reads one more form of a blob if that needs no waiting: it was checked before, and is in the system's memory. Says whether it
+    /// is in memory then.
+    #[must_use]
+    pub fn load_now(&self, name: &BlobName, forms: &Arc<Representations>, coding: Option<Coding>) -> bool {
+        let read = || {
+            let slot = forms.slot(coding)?;
+            let folder = self.inner.folder.as_ref()?;
+            let seal = self.inner.seals.of(name)?.seal(coding)?;
+            if seal.length > AT_HAND_BYTES {
+                return None;
+            }
+            let bytes = at_hand::read(&folder.opened, &file_name(name, coding), seal.length as usize)?;
+            if !self.inner.seals.holds(&seal, &bytes) {
+                return None;
+            }
+            let form = Representation::new(bytes.into(), etag(name.hash(), coding));
+            slot.set(Some(form)).ok()
+        };
+        if read().is_none() {
+            return forms.of(coding).is_some();
+        }
+        self.inner.misses.fetch_add(1, Ordering::Relaxed);
+        self.inner.cache.insert(name.clone(), Entry::of(forms.clone()));
+        true
+    }
+
+    /// Counts that somebody was answered from memory.
+    pub fn was_in_memory(&self) {
+        self.inner.hits.add(1);
+    }
+
+    /// Which forms there are; what comes damaged from a bucket was perhaps changed on its way, and is read once more.
+    async fn look(&self, name: &BlobName, wished: Option<Coding>) -> Result<Representations, Option<StoreError>> {
+        if self.inner.folder.is_some() {
+            let (store, name) = (self.clone(), name.clone());
+            return aside(move || store.look_in_folder(&name, wished)).await;
+        }
+        match self.load_once(name, false).await {
+            Err(Some(StoreError::Corrupt { .. } | StoreError::CorruptVariant { .. })) => {
+                tracing::warn!(%name, "a blob came damaged from the bucket; it is read again");
+                self.load_once(name, true).await
+            }
+            loaded => loaded,
+        }
+    }
+
+    fn look_in_folder(&self, name: &BlobName, wished: Option<Coding>) -> Result<Representations, Option<StoreError>> {
+        let folder = self.inner.folder.as_ref().ok_or(None)?;
+        let there = |coding| is_there(folder, &file_name(name, coding));
+        if !there(None)? {
+            self.inner.seals.forget(name);
+            return Err(None);
+        }
+        let worth_trying = coding::worth_trying(name.ext());
+        let (mut with, [zstd, gzip]) = (vec![], Coding::ALL);
+        for coding in [zstd, gzip] {
+            if worth_trying && there(Some(coding))? {
+                with.push(coding);
+            }
+        }
+        let forms = Representations::stored(|coding| with.contains(&coding));
+        let wished = wished.filter(|coding| with.contains(coding));
+        let form = self.read_form(name, &forms, wished)?;
+        if let Some(slot) = forms.slot(wished) {
+            // Nobody else has it yet.
+            let _ = slot.set(form);
+        }
+        Ok(forms)
+    }
+
+    /// Reads a stored form from the folder, and checks it; none when it is a variant that is damaged, or gone. No error is that the
+    /// blob itself is gone.
+    fn read_form(
+        &self,
+        name: &BlobName,
+        forms: &Representations,
+        coding: Option<Coding>,
+    ) -> Result<Option<Representation>, Option<StoreError>> {
+        let folder = self.inner.folder.as_ref().ok_or(None)?;
+        let Some(bytes) = file(&folder.path, &file_name(name, coding))? else {
+            return if coding.is_none() { Err(None) } else { Ok(None) };
+        };
+        let seals = &self.inner.seals;
+        let seal = seals.of(name).and_then(|known| known.seal(coding));
+        if !seal.is_some_and(|seal| seals.holds(&seal, &bytes)) {
+            if seal.is_some() {
+                // What was known of it is not so any more.
+                seals.forget(name);
+            }
+            match coding {
+                None => is_named(name, &bytes)?,
+                Some(coding) if coding.decodes_to_name(&bytes, name) => {}
+                Some(coding) => {
+                    self.tell_damaged(name, coding);
+                    return Ok(None);
+                }
+            }
+            seals.add(name, coding, &bytes, |coding| forms.slot(Some(coding)).is_some());
+        }
+        Ok(Some(Representation::new(bytes, etag(name.hash(), coding))))
+    }
+
+    /// Tells of a damaged variant, once until it is written anew.
+    fn tell_damaged(&self, name: &BlobName, coding: Coding) {
+        if self.damaged().insert(variant_key(name, coding)) {
+            self.inner.damaged_variants.fetch_add(1, Ordering::Relaxed);
+            let error = StoreError::CorruptVariant {
+                name: name.clone(),
+                coding,
+            };
+            tracing::error!(%error, "it is served in its other forms");
+        }
+    }
+
+    /// Loads all forms of a blob, with the variants that are whole if it may do `without` others.
     pub(super) async fn load_once(
         &self,
         name: &BlobName,
         without: bool,
-    ) -> Result<Arc<Representations>, Option<StoreError>> {
+    ) -> Result<Representations, Option<StoreError>> {
         let (forms, damaged) = match &self.inner.folder {
             Some(folder) => {
                 let (path, name) = (folder.path.clone(), name.clone());
@@ -57,19 +261,15 @@ impl BlobStore {
             }
         };
         for coding in damaged {
-            let error = StoreError::CorruptVariant {
-                name: name.clone(),
-                coding,
-            };
             if !without {
-                return Err(Some(error));
+                return Err(Some(StoreError::CorruptVariant {
+                    name: name.clone(),
+                    coding,
+                }));
             }
-            if self.damaged().insert(variant_key(name, coding)) {
-                self.inner.damaged_variants.fetch_add(1, Ordering::Relaxed);
-                tracing::error!(%error, "it is served in its other forms");
-            }
+            self.tell_damaged(name, coding);
         }
-        Ok(Arc::new(forms))
+        Ok(forms)
     }
 
     /// Whether a blob is there with just these bytes, and no variant of it is damaged.
@@ -125,6 +325,32 @@ fn from_files(folder: &Path, name: &BlobName) -> Result<Option<Stored>, StoreErr
     Ok(Some(Stored { identity, variants }))
 }
 
+/// The file that holds a form.
+fn file_name(name: &BlobName, coding: Option<Coding>) -> String {
+    match coding {
+        None => name.to_string(),
+        Some(coding) => format!("{name}.{}", coding.file_suffix()),
+    }
+}
+
+fn is_there(folder: &Folder, file: &str) -> Result<bool, StoreError> {
+    let found = folder.path.join(file).try_exists();
+    found.map_err(|error| io(format!("look for {file}"), generic(error)))
+}
+
+/// That these are the bytes which a name hashes.
+fn is_named(name: &BlobName, bytes: &[u8]) -> Result<(), StoreError> {
+    let found = BlobHash::of(bytes);
+    if found == name.hash() {
+        return Ok(());
+    }
+    Err(StoreError::Corrupt {
+        name: name.clone(),
+        bytes: bytes.len(),
+        found,
+    })
+}
+
 fn file(folder: &Path, name: &str) -> Result<Option<Bytes>, StoreError> {
     match std::fs::read(folder.join(name)) {
         Ok(bytes) => Ok(Some(bytes.into())),
@@ -143,30 +369,15 @@ impl Stored {
     /// All forms that are whole, and which are not.
     fn checked(self, name: &BlobName) -> Result<(Representations, Vec<Coding>), StoreError> {
         let Self { identity, variants } = self;
-        let found = BlobHash::of(&identity);
-        if found != name.hash() {
-            return Err(StoreError::Corrupt {
-                name: name.clone(),
-                bytes: identity.len(),
-                found,
-            });
-        }
+        is_named(name, &identity)?;
         let (whole, damaged): (Vec<_>, Vec<_>) = variants
             .into_iter()
             .partition(|(coding, bytes)| coding.decodes_to(bytes, &identity));
-        let mut forms = Representations {
-            identity: Representation::new(identity, format!("\"{}\"", name.hash()).into()),
-            zstd: None,
-            gzip: None,
-        };
-        for (coding, bytes) in whole {
-            let etag = format!("\"{}-{}\"", name.hash(), coding.token());
-            let form = Some(Representation::new(bytes, etag.into()));
-            match coding {
-                Coding::Zstd => forms.zstd = form,
-                Coding::Gzip => forms.gzip = form,
-            }
-        }
+        let form = |bytes, coding| Representation::new(bytes, etag(name.hash(), coding));
+        let variants = whole
+            .into_iter()
+            .map(|(coding, bytes)| (coding, form(bytes, Some(coding))));
+        let forms = Representations::held(form(identity, None), variants);
         Ok((forms, damaged.into_iter().map(|(coding, _)| coding).collect()))
     }
 }

@@ -10,12 +10,14 @@
 //! [`BlobStore::unfinished`] names, so that both can be collected, and a loss of power may leave files without their bytes; `put` compares what is there and mends it. A bucket
 //! that has taken an object keeps it whole, so there `put` compares lengths and `sync` has nothing to do.
 //!
-//! **Trust.** An identity is hashed when it is loaded, and its variants are decoded; bytes that are not what their name
+//! **Trust.** An identity is hashed when it is loaded, and so is what a variant decodes to; bytes that are not what their name
 //! promises are [`StoreError::Corrupt`], never served, never kept in memory and never mistaken for "no such blob". Where a
-//! variant alone is damaged, that is told once, in the log ([`StoreError::CorruptVariant`]), and the blob has one form less.
+//! variant is damaged, that is told once, in the log ([`StoreError::CorruptVariant`]), and the blob has one form less. Each form is
+//! checked when it is loaded, by itself, and loaded when it is asked for.
 //!
 //! **Limit.** A blob is held in memory as a whole while it is served, hence [`MAX_BLOB_BYTES`].
 
+mod at_hand;
 mod bucket;
 mod coding;
 mod errands;
@@ -24,6 +26,7 @@ mod first_bytes;
 mod forms;
 mod loading;
 mod open;
+mod seals;
 mod sync;
 mod tree;
 mod unfinished;
@@ -49,9 +52,10 @@ pub use coding::Coding;
 pub use errands::Errands;
 pub use error::StoreError;
 use error::io;
-use forms::ByBytes;
+use forms::{ByBytes, Entry};
 pub use forms::{Derived, Representation, Representations};
 use loading::aside;
+use seals::Seals;
 pub use tree::BucketTree;
 pub use unfinished::Unfinished;
 use unfinished::generic;
@@ -92,8 +96,7 @@ pub struct CacheUse {
 #[derive(Debug)]
 struct Folder {
     path: PathBuf,
-    /// Opened, if its files are not synced one by one.
-    synced_at_once: Option<Arc<File>>,
+    opened: Arc<File>,
 }
 
 /// Immutable objects by name. Cheap to clone.
@@ -107,7 +110,8 @@ struct Inner {
     objects: Arc<dyn ObjectStore>,
     /// Where they are, if that is no bucket, which keeps what it has taken whole, and hands it out by itself.
     folder: Option<Folder>,
-    cache: Cache<BlobName, Arc<Representations>, ByBytes>,
+    cache: Cache<BlobName, Entry, ByBytes>,
+    seals: Seals,
     hits: Spread<AtomicU64>,
     misses: AtomicU64,
     /// The keys of variants that were told to be damaged and not written anew since.
@@ -140,6 +144,7 @@ impl BlobStore {
         try_join_all(writing).await?;
         self.write(&identity_key(name), bytes).await?;
         self.inner.cache.remove(name);
+        self.inner.seals.forget(name);
         for coding in Coding::ALL {
             self.damaged().remove(&variant_key(name, coding));
         }
@@ -153,7 +158,9 @@ impl BlobStore {
     pub async fn copy_to(&self, name: &BlobName, target: &Self) -> Result<bool, StoreError> {
         let forms = self.load_once(name, false).await;
         let forms = forms.map_err(|error| error.unwrap_or_else(|| StoreError::Missing(name.clone())))?;
-        if target.holds(name, &forms.identity.bytes).await? {
+        let identity = forms.of(None).map(|identity| identity.bytes.clone());
+        let identity = identity.ok_or_else(|| StoreError::Missing(name.clone()))?;
+        if target.holds(name, &identity).await? {
             return Ok(false);
         }
         for coding in Coding::ALL {
@@ -161,7 +168,7 @@ impl BlobStore {
                 target.write(&variant_key(name, coding), variant.bytes.clone()).await?;
             }
         }
-        target.write(&identity_key(name), forms.identity.bytes.clone()).await?;
+        target.write(&identity_key(name), identity).await?;
         Ok(true)
     }
 
@@ -170,14 +177,10 @@ impl BlobStore {
     /// # Errors
     /// When the disk fails.
     pub async fn sync(&self) -> Result<(), StoreError> {
-        let Some(folder) = self
-            .inner
-            .folder
-            .as_ref()
-            .and_then(|folder| folder.synced_at_once.clone())
-        else {
+        let Some(folder) = self.inner.folder.as_ref().filter(|_| sync::AT_ONCE) else {
             return Ok(());
         };
+        let folder = folder.opened.clone();
         let synced = aside(move || sync::all(&folder)).await;
         synced.map_err(|e| io("write its blobs out to the disk".to_owned(), generic(e)))
     }
@@ -207,6 +210,7 @@ impl BlobStore {
             }
         }
         self.inner.cache.remove(name);
+        self.inner.seals.forget(name);
         Ok(())
     }
 
@@ -229,32 +233,6 @@ impl BlobStore {
             })
             .await
             .map_err(|source| io("list its blobs".to_owned(), source))
-    }
-
-    /// Reads a blob; `None` when there is no such blob.
-    ///
-    /// # Errors
-    /// When the store fails or the stored bytes are damaged.
-    pub async fn get(&self, name: &BlobName) -> Result<Option<Arc<Representations>>, StoreError> {
-        if let Some(forms) = self.inner.cache.get(name) {
-            self.inner.hits.add(1);
-            return Ok(Some(forms));
-        }
-        self.inner.misses.fetch_add(1, Ordering::Relaxed);
-        // Readers of one blob wait for the first of them, so that a burst loads it once.
-        match self.inner.cache.get_or_insert_async(name, self.load(name)).await {
-            Ok(forms) => Ok(Some(forms)),
-            Err(None) => Ok(None),
-            Err(Some(error)) => Err(error),
-        }
-    }
-
-    /// A blob if it is in memory: no waiting and, if it is not, no trace.
-    #[must_use]
-    pub fn in_memory(&self, name: &BlobName) -> Option<Arc<Representations>> {
-        let forms = self.inner.cache.get(name)?;
-        self.inner.hits.add(1);
-        Some(forms)
     }
 
     /// Whether the store is there and can be read.

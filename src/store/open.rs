@@ -9,7 +9,14 @@ use bytes::Bytes;
 use object_store::{ObjectStore, local::LocalFileSystem, path::Path as Key};
 use quick_cache::{OptionsBuilder, sync::Cache};
 
-use super::{BlobStore, Bucket, Folder, Inner, MARKER, StoreError, forms::ByBytes, io, sync, unfinished::generic};
+use super::{
+    BlobStore, Bucket, Folder, Inner, MARKER, StoreError,
+    forms::ByBytes,
+    io,
+    seals::{self, Seals},
+    sync,
+    unfinished::generic,
+};
 use crate::spread::Spread;
 
 impl BlobStore {
@@ -28,10 +35,9 @@ impl BlobStore {
             .map_err(failed)?
             .with_fsync(!sync::AT_ONCE);
         let opened = tokio::fs::File::open(&folder).await.map_err(generic).map_err(failed)?;
-        let synced_at_once = sync::AT_ONCE.then_some(Arc::new(opened.into_std().await));
         let folder = Folder {
             path: folder,
-            synced_at_once,
+            opened: Arc::new(opened.into_std().await),
         };
         let store = Self::over(Arc::new(local), Some(folder), cache_bytes);
         if store.probe().await.is_err() {
@@ -79,6 +85,11 @@ impl BlobStore {
         const TYPICAL_BLOB_BYTES: u64 = 32 << 10;
         /// Few shards, so that one large blob still fits into its share of the limit.
         const SHARDS: usize = 4;
+        /// One part of so many for what is known of blobs, in memory or not: of those in a store of four times the limit, if each takes
+        /// 16 KiB with all its forms.
+        const SEALS: u64 = 16;
+        let seals_bytes = cache_bytes / SEALS;
+        let cache_bytes = cache_bytes - seals_bytes;
         let options = OptionsBuilder::new()
             .shards(SHARDS)
             .estimated_items_capacity((cache_bytes / TYPICAL_BLOB_BYTES).max(64) as usize)
@@ -95,6 +106,7 @@ impl BlobStore {
                     quick_cache::DefaultHashBuilder::default(),
                     quick_cache::sync::DefaultLifecycle::default(),
                 ),
+                seals: Seals::new((seals_bytes / seals::BLOB_BYTES).max(64) as usize),
                 hits: Spread::default(),
                 misses: AtomicU64::new(0),
                 damaged: Mutex::default(),

@@ -1,3 +1,7 @@
+use std::path::PathBuf;
+
+use proptest::prelude::*;
+
 use super::*;
 
 const CACHE_BYTES: u64 = 1 << 20;
@@ -10,6 +14,52 @@ async fn store() -> (tempfile::TempDir, BlobStore) {
 
 fn text(repeats: usize) -> Bytes {
     "a wall hides what stands behind it; ".repeat(repeats).into()
+}
+
+/// All forms of a blob, read.
+async fn all_forms(store: &BlobStore, name: &BlobName) -> Arc<Representations> {
+    let forms = store.forms(name, None).await.unwrap().unwrap();
+    for coding in [None].into_iter().chain(Coding::ALL.map(Some)) {
+        store.load(name, &forms, coding).await.unwrap();
+    }
+    forms
+}
+
+/// What somebody is sent who takes this coding and the identity, and whether it needed no waiting.
+async fn sent(store: &BlobStore, name: &BlobName, coding: Option<Coding>) -> Result<(Bytes, bool), StoreError> {
+    let chosen = |forms: &Representations| coding.filter(|coding| forms.has(Some(*coding)));
+    if let Some(forms) = store.known(name)
+        && let chosen = chosen(&forms)
+        && (forms.of(chosen).is_some() || store.load_now(name, &forms, chosen))
+    {
+        let form = forms.of(chosen).expect("it is in memory");
+        return Ok((decoded(chosen, &form.bytes), true));
+    }
+    let forms = store.forms(name, coding).await?.expect("it is stored");
+    loop {
+        let chosen = chosen(&forms);
+        match forms.of(chosen) {
+            Some(form) => return Ok((decoded(chosen, &form.bytes), false)),
+            None => store.load(name, &forms, chosen).await?,
+        }
+    }
+}
+
+fn decoded(coding: Option<Coding>, bytes: &[u8]) -> Bytes {
+    let mut decoded = Vec::new();
+    match coding {
+        None => decoded.extend_from_slice(bytes),
+        Some(Coding::Zstd) => zstd::stream::copy_decode(bytes, &mut decoded).unwrap(),
+        Some(Coding::Gzip) => {
+            std::io::copy(&mut flate2::read::GzDecoder::new(bytes), &mut decoded).unwrap();
+        }
+    }
+    decoded.into()
+}
+
+fn file_of(data: &tempfile::TempDir, name: &BlobName, coding: Option<Coding>) -> PathBuf {
+    let suffix = coding.map_or(String::new(), |coding| format!(".{}", coding.file_suffix()));
+    data.path().join("o").join(format!("{name}{suffix}"))
 }
 
 fn named(bytes: &Bytes, ext: &str) -> BlobName {
@@ -25,11 +75,11 @@ async fn a_blob_comes_back_with_variants_that_decode_to_it() {
         store.put(&name, bytes.clone()).await.unwrap(),
         PutOutcome::Stored { .. }
     ));
-    let forms = store.get(&name).await.unwrap().unwrap();
-    assert_eq!(forms.identity.bytes, bytes);
-    let zstd = forms.zstd.as_ref().unwrap();
-    assert_eq!(zstd::decode_all(zstd.bytes.as_ref()).unwrap(), bytes);
-    assert!(forms.gzip.is_some());
+    assert_eq!(store.get(&name).await.unwrap().unwrap(), bytes);
+    let forms = all_forms(&store, &name).await;
+    for coding in [None, Some(Coding::Zstd), Some(Coding::Gzip)] {
+        assert_eq!(decoded(coding, &forms.of(coding).unwrap().bytes), bytes);
+    }
     for suffix in ["", ".zst", ".gz"] {
         assert!(data.path().join("o").join(format!("{name}{suffix}")).is_file());
     }
@@ -56,7 +106,7 @@ async fn pictures_and_what_does_not_shrink_stay_alone() {
     for (bytes, ext) in [(text(100), "png"), (Bytes::from_static(b"tiny"), "json")] {
         let name = named(&bytes, ext);
         store.put(&name, bytes).await.unwrap();
-        assert!(!store.get(&name).await.unwrap().unwrap().has_variants());
+        assert!(!store.forms(&name, None).await.unwrap().unwrap().has_variants());
     }
 }
 
@@ -74,7 +124,7 @@ async fn damage_is_told_apart_from_absence_and_healed_by_a_new_put() {
         let store = BlobStore::open_folder(data.path(), CACHE_BYTES).await.unwrap();
         assert!(matches!(store.get(&name).await, Err(StoreError::Corrupt { .. })));
         store.put(&name, bytes.clone()).await.unwrap();
-        assert_eq!(store.get(&name).await.unwrap().unwrap().identity.bytes, bytes);
+        assert_eq!(store.get(&name).await.unwrap().unwrap(), bytes);
     }
     for (suffix, coding) in [(".zst", Coding::Zstd), (".gz", Coding::Gzip)] {
         let variant = data.path().join("o").join(format!("{name}{suffix}"));
@@ -82,8 +132,8 @@ async fn damage_is_told_apart_from_absence_and_healed_by_a_new_put() {
         std::fs::write(&variant, b"").unwrap();
         let others = BlobStore::open_folder(data.path(), CACHE_BYTES).await.unwrap();
         for _ in 0..2 {
-            let forms = others.get(&name).await.unwrap().unwrap();
-            assert_eq!(forms.identity.bytes, bytes);
+            let forms = all_forms(&others, &name).await;
+            assert_eq!(forms.of(None).unwrap().bytes, bytes);
             assert!(forms.of(Some(coding)).is_none() && forms.has_variants(), "{suffix}");
             others.inner.cache.clear();
         }
@@ -152,4 +202,120 @@ async fn hot_blobs_are_read_from_memory_within_the_limit() {
         store.get(&name).await.unwrap();
     }
     assert!(store.cache_use().bytes <= CACHE_BYTES);
+}
+
+#[tokio::test]
+async fn only_the_form_that_is_asked_for_is_read_and_held() {
+    let (data, store) = store().await;
+    let bytes = text(2000);
+    let name = named(&bytes, "json");
+    store.put(&name, bytes.clone()).await.unwrap();
+    let whole = std::fs::read(file_of(&data, &name, Some(Coding::Zstd))).unwrap();
+    assert_eq!(sent(&store, &name, Some(Coding::Zstd)).await.unwrap().0, bytes);
+    let held = store.cache_use().bytes;
+    assert!(held < (whole.len() + 8192) as u64, "{held}");
+    assert!(store.in_memory(&name).is_none());
+    assert_eq!(store.get(&name).await.unwrap().unwrap(), bytes);
+    let more = store.cache_use().bytes;
+    assert!(
+        more >= held + bytes.len() as u64,
+        "what is read later counts too: {more}"
+    );
+    assert!(store.in_memory(&name).is_some());
+    store.delete(&name).await.unwrap();
+    assert_eq!(store.cache_use().bytes, 0);
+    assert!(store.known(&name).is_none() && store.get(&name).await.unwrap().is_none());
+}
+
+#[tokio::test]
+async fn what_was_checked_once_is_read_again_without_waiting_where_the_system_has_it() {
+    let (data, store) = store().await;
+    let bytes = text(500);
+    let name = named(&bytes, "json");
+    store.put(&name, bytes.clone()).await.unwrap();
+    for coding in [None, Some(Coding::Zstd), Some(Coding::Gzip)] {
+        assert_eq!(sent(&store, &name, coding).await.unwrap().0, bytes);
+        store.inner.cache.clear();
+        let misses = store.cache_use().misses;
+        let path = file_of(&data, &name, coding);
+        let length = std::fs::metadata(&path).unwrap().len() as usize;
+        let folder = &store.inner.folder.as_ref().unwrap().opened;
+        let file = path.file_name().unwrap().to_str().unwrap();
+        let at_hand = at_hand::read(folder, file, length).is_some();
+        assert_eq!(sent(&store, &name, coding).await.unwrap(), (bytes.clone(), at_hand));
+        assert_eq!(store.cache_use().misses, misses + 1);
+    }
+}
+
+#[tokio::test]
+async fn a_damaged_form_is_not_sent_when_only_that_one_is_asked_for() {
+    for known in [false, true] {
+        for coding in Coding::ALL {
+            let (data, store) = store().await;
+            let bytes = text(500);
+            let name = named(&bytes, "json");
+            store.put(&name, bytes.clone()).await.unwrap();
+            if known {
+                assert_eq!(sent(&store, &name, Some(coding)).await.unwrap().0, bytes);
+                store.inner.cache.clear();
+            }
+            let file = file_of(&data, &name, Some(coding));
+            let whole = std::fs::read(&file).unwrap();
+            let mut damaged = whole.clone();
+            damaged[whole.len() / 2] ^= 1;
+            std::fs::write(&file, damaged).unwrap();
+            let forms = store.forms(&name, Some(coding)).await.unwrap().unwrap();
+            assert!(!forms.has(Some(coding)) && forms.of(Some(coding)).is_none());
+            assert_eq!(sent(&store, &name, Some(coding)).await.unwrap().0, bytes);
+            assert_eq!(store.cache_use().damaged_variants, 1);
+            // Whoever mends it without telling anybody is believed when it is read again.
+            std::fs::write(&file, whole).unwrap();
+            store.inner.cache.clear();
+            let forms = store.forms(&name, Some(coding)).await.unwrap().unwrap();
+            assert!(forms.of(Some(coding)).is_some());
+        }
+    }
+}
+
+#[test]
+fn no_damage_is_ever_sent_whichever_file_has_it_and_whatever_was_read_before() {
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let codings = || prop_oneof![Just(None), Just(Some(Coding::Zstd)), Just(Some(Coding::Gzip))];
+    let steps = proptest::collection::vec((codings(), any::<bool>()), 0..4);
+    let damage = (codings(), any::<proptest::sample::Index>(), 1u8.., any::<bool>());
+    proptest!(ProptestConfig::with_cases(48), |(before in steps.clone(), (damaged, at, flipped, cut) in damage, after in steps)| {
+        let outcome: Result<(), TestCaseError> = runtime.block_on(async {
+            let (data, store) = store().await;
+            let bytes = text(60);
+            let name = named(&bytes, "json");
+            store.put(&name, bytes.clone()).await.unwrap();
+            for (coding, forgotten) in before {
+                prop_assert_eq!(&sent(&store, &name, coding).await.unwrap().0, &bytes);
+                if forgotten {
+                    store.inner.cache.clear();
+                }
+            }
+            let file = file_of(&data, &name, damaged);
+            let mut stored = std::fs::read(&file).unwrap();
+            let at = at.index(stored.len());
+            if cut {
+                stored.truncate(at);
+            } else {
+                stored[at] ^= flipped;
+            }
+            std::fs::write(&file, stored).unwrap();
+            for (coding, forgotten) in after {
+                match sent(&store, &name, coding).await {
+                    Ok((sent, _)) => prop_assert_eq!(&sent, &bytes),
+                    Err(StoreError::Corrupt { .. }) => prop_assert!(damaged.is_none()),
+                    Err(error) => return Err(TestCaseError::fail(error.to_string())),
+                }
+                if forgotten {
+                    store.inner.cache.clear();
+                }
+            }
+            Ok(())
+        });
+        outcome?;
+    });
 }

@@ -34,8 +34,8 @@ impl Tampering {
     }
 
     async fn read(&self, name: &BlobName) -> Vec<u8> {
-        let forms = self.store.get(name).await.expect("the store answers").expect("a blob");
-        forms.identity.bytes.to_vec()
+        let bytes = self.store.get(name).await.expect("the store answers").expect("a blob");
+        bytes.to_vec()
     }
 
     async fn write(&self, bytes: Vec<u8>, ext: &str, written: &mut Vec<(BlobName, u64)>) -> BlobName {

@@ -362,3 +362,62 @@ async fn a_damaged_variant_keeps_nobody_from_the_object() {
         "{metrics}"
     );
 }
+
+/// What an answer says, whatever its coding.
+fn decoded(answer: &Answer) -> Vec<u8> {
+    let mut decoded = Vec::new();
+    match answer.header("content-encoding") {
+        None => decoded.clone_from(&answer.body),
+        Some("zstd") => zstd::stream::copy_decode(&answer.body[..], &mut decoded).unwrap(),
+        Some("gzip") => {
+            std::io::copy(&mut flate2::read::GzDecoder::new(&answer.body[..]), &mut decoded).unwrap();
+        }
+        Some(other) => panic!("nobody asked for {other}"),
+    }
+    decoded
+}
+
+#[tokio::test]
+async fn whichever_form_is_asked_for_no_damage_of_it_is_sent() {
+    let server = Server::start().await;
+    let mut objects = vec![];
+    for i in 0..40u32 {
+        // Numerical Recipes' generator, so that encoded forms are large, too.
+        let mut state = i;
+        let numbers = (0..3000).map(|_| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 22).to_string()
+        });
+        let bytes = numbers.collect::<Vec<_>>().join(" ").into_bytes();
+        let name = BlobName::of(&bytes, "json").unwrap();
+        server.blobs.put(&name, bytes.clone().into()).await.unwrap();
+        objects.push((name, bytes));
+    }
+    let damaged = |i: usize| (i % 4 != 0).then_some([("zstd", "zst"), ("gzip", "gz")][i % 2]);
+    for (i, (name, _)) in objects.iter().enumerate() {
+        if let Some((_, suffix)) = damaged(i) {
+            let file = server.data.path().join(format!("o/{name}.{suffix}"));
+            let mut stored = std::fs::read(&file).unwrap();
+            let at = (100 + i * 31) % stored.len();
+            stored[at] ^= 4;
+            std::fs::write(file, stored).unwrap();
+        }
+    }
+    for accepted in ["zstd", "gzip", "identity"] {
+        for (i, (name, bytes)) in objects.iter().enumerate() {
+            let answer = send(server.address, "GET", &name.url(), &[("Accept-Encoding", accepted)]).await;
+            assert_eq!(answer.status, 200);
+            assert!(decoded(&answer) == *bytes, "{accepted}, {name}");
+            let is_whole = damaged(i).is_none_or(|(coding, _)| coding != accepted);
+            let expected = Some(accepted).filter(|accepted| is_whole && *accepted != "identity");
+            assert_eq!(answer.header("content-encoding"), expected);
+            let slice = send(server.address, "GET", &name.url(), &[("Range", "bytes=777-8999")]).await;
+            assert_eq!((slice.status, &slice.body[..]), (206, &bytes[777..9000]));
+        }
+    }
+    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    assert!(
+        metrics.contains("\nbelvedere_blob_variants_damaged_total 30\n"),
+        "{metrics}"
+    );
+}

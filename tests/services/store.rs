@@ -31,8 +31,8 @@ async fn a_blob_comes_back_from_a_bucket_with_its_variants_until_it_is_deleted()
         PutOutcome::Stored { .. }
     ));
     here.sync().await.unwrap();
-    let forms = there.get(&name).await.unwrap().unwrap();
-    assert_eq!(forms.identity.bytes, bytes);
+    assert_eq!(there.get(&name).await.unwrap().unwrap(), bytes);
+    let forms = there.forms(&name, None).await.unwrap().unwrap();
     let zstd = &forms.of(Some(Coding::Zstd)).unwrap().bytes;
     assert_eq!(zstd::decode_all(zstd.as_ref()).unwrap(), bytes);
     assert!(forms.of(Some(Coding::Gzip)).is_some());
@@ -93,7 +93,7 @@ async fn what_a_faulty_store_says_is_never_taken_for_bytes_nor_kept() {
         .unwrap();
     faulty.set(Fault::ChangesABody);
     let read = other.get(&name).await.unwrap().unwrap();
-    assert_eq!(read.identity.bytes, bytes, "it is read once more");
+    assert_eq!(read, bytes, "it is read once more");
     // The bytes are right, and what is sent instead of them to most clients is not.
     faulty.set(Fault::None);
     let direct = object_store::aws::AmazonS3Builder::from_env()
@@ -106,9 +106,10 @@ async fn what_a_faulty_store_says_is_never_taken_for_bytes_nor_kept() {
     object_store::ObjectStoreExt::put(&direct, &variant, "no zstd".into())
         .await
         .unwrap();
-    let whole = store.get(&name).await.unwrap().unwrap();
-    assert!(whole.zstd.is_none(), "nobody gets it");
-    assert_eq!(whole.identity.bytes, bytes, "who takes another form is served");
+    let whole = store.forms(&name, Some(Coding::Zstd)).await.unwrap().unwrap();
+    assert!(!whole.has(Some(Coding::Zstd)), "nobody gets it");
+    let identity = &whole.of(None).unwrap().bytes;
+    assert_eq!(*identity, bytes, "who takes another form is served");
     assert_eq!(store.cache_use().damaged_variants, 1);
     faulty.set(Fault::Fails);
     assert!(store.get(&name).await.unwrap().is_some(), "what is in memory is served");

@@ -107,9 +107,9 @@ impl Models {
         if let Some(known) = self.position.get(name) {
             return Ok(*known);
         }
-        let forms = store.get(name).await?;
-        let forms = forms.with_context(|| format!("blob {name} is not stored; publish the scene again"))?;
-        let model = glb::read(&forms.identity.bytes).with_context(|| format!("blob {name} cannot be drawn"))?;
+        let bytes = store.get(name).await?;
+        let bytes = bytes.with_context(|| format!("blob {name} is not stored; publish the scene again"))?;
+        let model = glb::read(&bytes).with_context(|| format!("blob {name} cannot be drawn"))?;
         self.read.push(model);
         self.position.insert(name.clone(), self.read.len() - 1);
         Ok(self.read.len() - 1)

@@ -108,25 +108,27 @@ enum Held<'a> {
 impl<'a> Ready<'a> {
     /// What was chosen of an object.
     pub(in crate::http) fn new(method: &Method, object: &BlobResponse, chosen: &Chosen<'a>, now: Instant) -> Self {
-        let (bytes, written) = (&chosen.form.bytes, chosen.heads.written());
+        let (bytes, heads) = (&chosen.form.bytes, chosen.heads);
         let mut added = Cursor::new([0; ADDED_BYTES]);
         let (status, head, body) = match &chosen.part {
-            Part::Whole if *method == Method::HEAD => (StatusCode::OK, Cow::Borrowed(&written.whole), Held::Nothing),
+            Part::Whole if *method == Method::HEAD => {
+                (StatusCode::OK, Cow::Borrowed(heads.written_whole()), Held::Nothing)
+            }
             Part::Whole => (
                 StatusCode::OK,
-                Cow::Borrowed(&written.whole),
+                Cow::Borrowed(heads.written_whole()),
                 Held::One(bytes, 0..bytes.len()),
             ),
             Part::Unchanged => (
                 StatusCode::NOT_MODIFIED,
-                Cow::Borrowed(&written.unchanged),
+                Cow::Borrowed(heads.written_unchanged()),
                 Held::Nothing,
             ),
             Part::One(slice) => {
                 let (length, range) = (slice.end - slice.start, content_range(slice, bytes.len()));
                 write!(added, "content-length: {length}\r\ncontent-range: {range}\r\n").expect("there is room");
                 let body = Held::One(bytes, slice.start as usize..slice.end as usize);
-                (StatusCode::PARTIAL_CONTENT, Cow::Borrowed(&written.slice), body)
+                (StatusCode::PARTIAL_CONTENT, Cow::Borrowed(heads.written_slice()), body)
             }
             Part::Many(_) => return Self::of(object.respond(method, chosen).map(Held::Kept), now),
         };
