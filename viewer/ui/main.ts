@@ -104,7 +104,7 @@ function isUsed(name: string): boolean {
   return new URL(location.href).searchParams.get(name) !== "off";
 }
 
-function start(stage: Stage, { scene, scenes, isRoofed }: Opened, network: Network): void {
+function start(stage: Stage, { scene, scenes, isRoofed, frame }: Opened, network: Network): void {
   const canvas = element("view", HTMLCanvasElement);
   const { toast } = network;
   const announcer = new Announcer(element("live", HTMLParagraphElement));
@@ -126,6 +126,7 @@ function start(stage: Stage, { scene, scenes, isRoofed }: Opened, network: Netwo
     stage,
     display: hud,
     isRoofed,
+    frame,
     uses: { smooth: isUsed("smooth"), impostors: isUsed("impostors"), rules: isUsed("rules") },
     posed: (pose) => history.replaceState(null, "", writePose(pose, linked)),
     problem: (error) => {

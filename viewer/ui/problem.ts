@@ -12,6 +12,7 @@ import { reasonOf } from "../core/reason.ts";
 import { MemoryShortError } from "../core/residency.ts";
 import type { Silence } from "../core/silences.ts";
 import { FetchError } from "../core/transfer.ts";
+import { isSceneName } from "../core/tree.ts";
 import { NoDecoderError } from "../three/decoder.ts";
 import { NoWebGlError } from "../three/stage.ts";
 import { element } from "./elements.ts";
@@ -97,6 +98,12 @@ function explainInFull(error: unknown, server: Server): Explanation {
           title: "3-D models cannot be decoded",
           text: "This browser has no WebAssembly, or it is switched off, as in Apple's Lockdown Mode. Allow it for this page, or open it in another browser.",
         };
+  }
+  if (error instanceof NoSuchScene && error.scene && !isSceneName(error.scene)) {
+    const rule =
+      "Names of scenes have 1 to 64 small letters a to z, digits, “-” and “_”, begin with a letter or digit, and are not “index”.";
+    const others = error.others.length > 0 ? "These can be visited:" : `No scene is published on ${host}.`;
+    return { title: `“${error.scene}” cannot be the name of a scene`, text: `${rule} Correct “scene=” in this link. ${others}` };
   }
   if (error instanceof NoSuchScene) {
     return {
