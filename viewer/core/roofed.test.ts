@@ -45,5 +45,10 @@ it("nothing is asked where an author says where to begin, or nobody could fly ov
 });
 
 it("what cannot be had says nothing of a roof", async () => {
-  expect(await isRoofed(world([room(), sky], true, () => Promise.reject(new Error("lost"))), WORLD)).toBe(false);
+  expect(
+    await isRoofed(
+      world([room(), sky], true, () => Promise.reject(new Error("lost"))),
+      WORLD,
+    ),
+  ).toBe(false);
 });

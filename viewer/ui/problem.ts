@@ -75,8 +75,14 @@ export function explain(error: unknown, server: Server): Explanation {
   return { title, text: shorten(text) };
 }
 
-/** That a server takes long to answer, and what is done about it. */
-export function explainSilence({ attempt, attempts, waited_ms }: Silence, { host }: Server): string {
+/** That a server takes long to answer, or sends what is damaged, and what is done about it. */
+export function explainSilence({ how, attempt, attempts, waited_ms }: Silence, { host }: Server): string {
+  if (how === "broken") {
+    return `Some of what comes from ${host} is cut or damaged on the way. It is asked for again (${attempt + 1} of ${attempts}), and what is here stays.`;
+  }
+  if (how === "quiet") {
+    return `${host} takes long to answer: nothing came of something for ${writeSeconds(waited_ms)}. What else can be had comes meanwhile.`;
+  }
   return `${host} takes long to answer: nothing came of something for ${writeSeconds(waited_ms)}. It is asked again (${attempt + 1} of ${attempts}), and what is here stays.`;
 }
 
@@ -85,7 +91,7 @@ function explainInFull(error: unknown, server: Server): Explanation {
   if (error instanceof NoWebGlError) {
     return {
       title: "3-D graphics are not available",
-      text: "This browser cannot draw with WebGL 2. Switch on hardware acceleration in its settings, or open this page in another browser.",
+      text: error.message,
     };
   }
   if (error instanceof NoDecoderError) {
@@ -103,7 +109,10 @@ function explainInFull(error: unknown, server: Server): Explanation {
     const rule =
       "Names of scenes have 1 to 64 small letters a to z, digits, “-” and “_”, begin with a letter or digit, and are not “index”.";
     const others = error.others.length > 0 ? "These can be visited:" : `No scene is published on ${host}.`;
-    return { title: `“${error.scene}” cannot be the name of a scene`, text: `${rule} Correct “scene=” in this link. ${others}` };
+    return {
+      title: `“${error.scene}” cannot be the name of a scene`,
+      text: `${rule} Correct “scene=” in this link. ${others}`,
+    };
   }
   if (error instanceof NoSuchScene) {
     return {
@@ -134,6 +143,10 @@ function explainInFull(error: unknown, server: Server): Explanation {
     const text = `${host} cannot be reached just now. Check your connection and that the server is running, then try again.`;
     const reading = " It must also let pages of other servers read it, with the header Access-Control-Allow-Origin.";
     return { title: "The server does not answer", text: isElsewhere ? text + reading : text };
+  }
+  if (error instanceof FetchError && error.kind === "broken") {
+    const text = `${host} answers, but some of what comes from there is cut or damaged on the way, and is missing here. It is asked for again now and then; if that goes on, something between this page and the server spoils what it sends.`;
+    return { title: "Something arrives damaged", text };
   }
   if (error instanceof FetchError && error.kind === "status") {
     return { title: "Something is missing", text: `${host} does not have what this page asked for: ${error.message}.` };

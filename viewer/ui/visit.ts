@@ -10,7 +10,17 @@ import { Explorer } from "../core/explorer.ts";
 import type { Footing } from "../core/footing.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import { FrameTimes } from "../core/frametimes.ts";
-import { add, type Bounds, diagonal_m, direction, distanceToBounds, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import {
+  add,
+  type Bounds,
+  diagonal_m,
+  direction,
+  distanceToBounds,
+  length,
+  scale,
+  subtract,
+  type Vec3,
+} from "../core/geometry.ts";
 import { Motion } from "../core/motion.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
 import { madeUp, overview } from "../core/overview.ts";

@@ -1,0 +1,31 @@
+/**
+ * From when on is a server silent? After a few seconds, or where answers here take longer than that, after what is longer than usual: the
+ * mean of what was waited for, and four times its mean deviation (Jacobson, *Congestion avoidance and control*, 1988).
+ */
+
+const LEAST_MS = 4000;
+/** How much one wait changes the mean, and the mean deviation. */
+const [GAIN, DEVIATION_GAIN] = [1 / 8, 1 / 4];
+const DEVIATIONS = 4;
+
+export class Patience {
+  private usual: { readonly mean_ms: number; readonly deviation_ms: number } | undefined;
+
+  constructor(private readonly least_ms = LEAST_MS) {}
+
+  /** Who hears nothing for so long does not wait idly any more. */
+  get quiet_ms(): number {
+    if (!this.usual) return this.least_ms;
+    return Math.max(this.least_ms, this.usual.mean_ms + DEVIATIONS * this.usual.deviation_ms);
+  }
+
+  /** An answer began after so long. */
+  waited(wait_ms: number): void {
+    const { mean_ms, deviation_ms } = this.usual ?? { mean_ms: wait_ms, deviation_ms: wait_ms / 2 };
+    const off_ms = wait_ms - mean_ms;
+    this.usual = {
+      mean_ms: mean_ms + GAIN * off_ms,
+      deviation_ms: deviation_ms + DEVIATION_GAIN * (Math.abs(off_ms) - deviation_ms),
+    };
+  }
+}
