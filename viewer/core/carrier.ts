@@ -3,7 +3,7 @@
  * holds their hash, verified; then this device may keep it.
  */
 import type { Breaker } from "./breaker.ts";
-import { addressOf, BundleReader, offersBundles } from "./bundles.ts";
+import { addressOf, BundleError, BundleReader, offersBundles } from "./bundles.ts";
 import type { Download } from "./download.ts";
 import type { FetchQueueOptions } from "./fetchqueue.ts";
 import type { FrameBudget } from "./framebudget.ts";
@@ -29,6 +29,9 @@ export interface FetchTally {
   /** Bytes that need not travel, because this device had kept them. */
   kept_bytes: number;
 }
+
+/** What is larger gains nothing by going another way: bundles are not compressed. */
+const MOST_BUNDLED_BYTES = 1024 * 1024;
 
 type Receive = (piece: Uint8Array) => void;
 type Manner = Omit<TransferOptions, "fetch" | "quiet_ms" | "answered">;
@@ -72,9 +75,7 @@ export class Carrier {
     return this.offered && !this.refused;
   }
 
-  /**
-   * Brings one download alone. Fails with {@link Yielded} where nothing comes for long of its first try and others need its place.
-   */
+  /** Brings one download alone. Fails with {@link Yielded} where nothing comes for long of its first try and others need its place. */
   async bring(download: Download, hooks: Hooks): Promise<ArrayBuffer> {
     const { url, controller, fresh } = download;
     let isDamaged = false;
@@ -116,7 +117,8 @@ export class Carrier {
 
   /**
    * One try. Where nothing comes of it for some seconds it gives its place to others; where none need it, a second request goes out beside it,
-   * and what begins to come first is taken (Dean and Barroso, *The tail at scale*, 2013).
+   * and what begins to come first is taken (Dean and Barroso, *The tail at scale*, 2013). The second goes another way, where there is one: what
+   * is wrong with one address on the way need not be so with another.
    */
   private async race(download: Download, cache: RequestCache, hooks: Hooks, receive: Receive): Promise<void> {
     const { url, controller, attempt } = download;
@@ -125,37 +127,38 @@ export class Carrier {
     const runners = new Set<AbortController>();
     let winner: AbortController | undefined;
     let hasYielded = false;
-    const run = (how: RequestCache, quiet: () => void) => {
+    const run = (isBundle: boolean, how: RequestCache, quiet: () => void) => {
       const own = new AbortController();
       runners.add(own);
       const manner = { cache: how, signal: AbortSignal.any([controller.signal, own.signal]), stall_ms, quiet };
-      return this.transfer(url, manner, (piece) => {
+      const take: Receive = (piece) => {
         winner ??= own;
         for (const other of runners) if (other !== winner) other.abort();
         if (winner === own) receive(piece);
-      });
+      };
+      return isBundle ? this.bringBundled(download, manner, take) : this.transfer(url, manner, take);
     };
+    const isOther = attempt % 2 === 0 && this.mayBundle(download);
     let second: Promise<void> | undefined;
     const quiet = () => {
       const { quiet_ms } = this.patience;
-      const isAwaited = download.priority < PRIORITY.due;
       download.fallsQuiet();
-      if (isAwaited) this.tell(url, "quiet", attempt, quiet_ms);
+      if (download.priority < PRIORITY.due) this.tell(url, "quiet", attempt, quiet_ms);
       if (winner || second) return;
       if (attempt === 1 && hooks.yields()) {
         hasYielded = true;
         for (const runner of runners) runner.abort();
-      } else if (isImmutable(url) && attempt === 1 && !download.isLate) {
+      } else if (attempt === 1 && isImmutable(url)) {
         this.tally.requests += 1;
         download.trace?.starts();
-        // Past the cache: browsers let a second request for the same wait for the first.
-        second = run("reload", () => {});
+        // Past the cache: browsers let a second request for the same address wait for the first.
+        second = run(this.mayBundle(download), "reload", () => {});
         second.catch(() => {});
       }
       hooks.hushed();
     };
     try {
-      await run(cache, quiet).catch((error) => {
+      await run(isOther, cache, quiet).catch((error) => {
         const [first] = runners;
         if (!second || winner === first) throw error;
         return second;
@@ -164,6 +167,25 @@ export class Carrier {
       throw hasYielded ? new Yielded() : error;
     } finally {
       for (const runner of runners) runner.abort();
+    }
+  }
+
+  /** Whether a download may be asked for as a bundle of one. */
+  private mayBundle({ url, bytes }: Download): boolean {
+    return this.offersBundles && isImmutable(url) && bytes !== undefined && bytes <= MOST_BUNDLED_BYTES;
+  }
+
+  /** Brings one download as a bundle of one. What goes wrong with that says nothing of it. */
+  private async bringBundled(download: Download, manner: Manner, receive: Receive): Promise<void> {
+    const reader = new BundleReader(1);
+    try {
+      await this.transfer(addressOf([download]), manner, (piece) => {
+        for (const bytes of reader.push(piece)) receive(new Uint8Array(bytes));
+      });
+      if (!reader.isWhole) throw new BundleError("the bundle is too short");
+    } catch (error) {
+      if (error instanceof FetchError && mayPass(error.kind)) throw error;
+      throw new FetchError("broken", download.url, `${download.url} does not come in a bundle (${String(error)})`);
     }
   }
 

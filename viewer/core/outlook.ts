@@ -90,7 +90,7 @@ export class Outlook {
   ) {
     const { scene, directory, index } = parts;
     this.surroundings = new Surroundings(scene, directory, events.problem);
-    this.starts = new Starts(scene, index, directory);
+    this.starts = new Starts(scene, index, directory, () => this.showSoFar());
     this.whereabouts = new Whereabouts(this.starts, {
       entered: (entry) => {
         if (this.inside || !this.entered) this.entered = this.position;
