@@ -11,6 +11,7 @@ import type { Meter } from "./linemeter.ts";
 import { mayPass } from "./losses.ts";
 import { Patience } from "./patience.ts";
 import { PRIORITY } from "./priority.ts";
+import { reasonOf } from "./reason.ts";
 import type { Silence, Silences } from "./silences.ts";
 import { FetchError, pause, StallError, type TransferOptions, transfer } from "./transfer.ts";
 import { leftOf } from "./travel.ts";
@@ -32,6 +33,8 @@ export interface FetchTally {
 
 /** What is larger gains nothing by going another way: bundles are not compressed. */
 const MOST_BUNDLED_BYTES = 1024 * 1024;
+
+const BROKEN = { kind: "broken", status: undefined } as const;
 
 type Receive = (piece: Uint8Array) => void;
 type Manner = Omit<TransferOptions, "fetch" | "quiet_ms" | "answered">;
@@ -132,6 +135,7 @@ export class Carrier {
       runners.add(own);
       const manner = { cache: how, signal: AbortSignal.any([controller.signal, own.signal]), stall_ms, quiet };
       const take: Receive = (piece) => {
+        if (!winner && isBundle) this.patience.wasInVain();
         winner ??= own;
         for (const other of runners) if (other !== winner) other.abort();
         if (winner === own) receive(piece);
@@ -177,15 +181,18 @@ export class Carrier {
 
   /** Brings one download as a bundle of one. What goes wrong with that says nothing of it. */
   private async bringBundled(download: Download, manner: Manner, receive: Receive): Promise<void> {
+    const { url } = download;
     const reader = new BundleReader(1);
     try {
       await this.transfer(addressOf([download]), manner, (piece) => {
         for (const bytes of reader.push(piece)) receive(new Uint8Array(bytes));
       });
       if (!reader.isWhole) throw new BundleError("the bundle is too short");
+      this.breaker?.answered(url);
     } catch (error) {
-      if (error instanceof FetchError && mayPass(error.kind)) throw error;
-      throw new FetchError("broken", download.url, `${download.url} does not come in a bundle (${String(error)})`);
+      if (error instanceof StallError) throw new StallError(url, error.waited_ms);
+      const { kind, status } = error instanceof FetchError && mayPass(error.kind) ? error : BROKEN;
+      throw new FetchError(kind, url, `${url} does not come in a bundle (${reasonOf(error)})`, status);
     }
   }
 

@@ -318,7 +318,8 @@ export class FetchQueue {
 
   /** Whether others need the place of a download that is silent. */
   private yields(): boolean {
-    return this.late > MOST_LATE || [...this.waiting.values()].some(({ isLate }) => !isLate);
+    // Only what alone is silent is asked for twice at once.
+    return this.late > 1 || [...this.waiting.values()].some(({ isLate }) => !isLate);
   }
 
   private hooksOf(download: Download): Hooks {

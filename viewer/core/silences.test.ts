@@ -21,7 +21,12 @@ async function pass(ms: number): Promise<void> {
 }
 
 /** Rooms whose server begins to answer some files only after a time. */
-async function slow(isSlow: (path: string, bytes: Uint8Array) => boolean, first_ms: number, started = false) {
+async function slow(
+  isSlow: (path: string, bytes: Uint8Array) => boolean,
+  first_ms: number,
+  started = false,
+  bundles = false,
+) {
   const told: (Silence | undefined)[] = [];
   const delays_ms = { now: 0 };
   let delayed = 0;
@@ -29,6 +34,7 @@ async function slow(isSlow: (path: string, bytes: Uint8Array) => boolean, first_
     rooms: 24,
     perChunk: 2,
     started,
+    bundles,
     silent: (silence) => told.push(silence),
     answerAfter_ms: (path, bytes) => {
       if (delays_ms.now === 0 || !isSlow(path, bytes)) return 0;
@@ -99,7 +105,8 @@ it("what sends its header and takes its time, again and again, is not given up, 
 });
 
 /** Which of a tree's files a faulty way swallows: a quarter of them, always the same. */
-const isSwallowed = (path: string) => Number.parseInt(path.slice(-12, -5).replaceAll(/[^0-9]/g, "") || "0", 10) % 4 === 0;
+const isSwallowed = (path: string) =>
+  Number.parseInt(path.slice(-12, -5).replaceAll(/[^0-9]/g, "") || "0", 10) % 4 === 0;
 
 it("a quarter of all files that never come keeps nothing else waiting", async () => {
   const isGlb = (path: string) => path.endsWith(".glb");
@@ -113,5 +120,16 @@ it("a quarter of all files that never come keeps nothing else waiting", async ()
   expect(explorer.visible.length).toBeGreaterThan(0);
   await vi.waitFor(() => expect(lacks().filter(mayCome)).toEqual([]), SOON);
   delays_ms.now = 0;
+  explorer.close();
+});
+
+it("what comes by no other way comes as a bundle of one", async () => {
+  const isDocument = (path: string) => path.endsWith(".json") && !path.startsWith("/o/bundle/");
+  const { explorer, problems, go, asked } = await slow(isDocument, 1e9, false, true);
+  go(ROOM_0);
+  await asked();
+  for (let tens = 0; tens < 150 && !explorer.settled; tens += 1) await pass(QUIET_MS);
+  expect([explorer.cellId, explorer.settled, explorer.missing]).toEqual([0, true, 0]);
+  expect(problems).toEqual([]);
   explorer.close();
 });
