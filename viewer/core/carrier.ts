@@ -140,7 +140,10 @@ export class Carrier {
         for (const other of runners) if (other !== winner) other.abort();
         if (winner === own) receive(piece);
       };
-      return isBundle ? this.bringBundled(download, manner, take) : this.transfer(url, manner, take);
+      const come = isBundle ? this.bringBundled(download, manner, take) : this.transfer(url, manner, take);
+      return come.then(() => {
+        winner ??= own;
+      });
     };
     const isOther = attempt % 2 === 0 && this.mayBundle(download);
     let second: Promise<void> | undefined;
@@ -148,7 +151,8 @@ export class Carrier {
       const { quiet_ms } = this.patience;
       download.fallsQuiet();
       if (download.priority < PRIORITY.due) this.tell(url, "quiet", attempt, quiet_ms);
-      if (winner || second) return;
+      // While nothing is answered, one try at a time is enough.
+      if (winner || second || this.breaker?.isOpen) return;
       if (attempt === 1 && hooks.yields()) {
         hasYielded = true;
         for (const runner of runners) runner.abort();
@@ -170,7 +174,7 @@ export class Carrier {
     } catch (error) {
       throw hasYielded ? new Yielded() : error;
     } finally {
-      for (const runner of runners) runner.abort();
+      for (const runner of runners) if (runner !== winner) runner.abort();
     }
   }
 

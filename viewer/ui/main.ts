@@ -11,7 +11,7 @@ import type { PlacedObject } from "../core/objects.ts";
 import { RequestLog } from "../core/requestlog.ts";
 import { Shelf } from "../core/shelf.ts";
 import { Throttle } from "../core/throttle.ts";
-import { Tree } from "../core/tree.ts";
+import { isSceneName, Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { decoderReady } from "../three/decoder.ts";
 import { Stage } from "../three/stage.ts";
@@ -168,7 +168,7 @@ function start(stage: Stage, { scene, scenes, isRoofed, frame }: Opened, network
   document.body.append(panel.element);
   inspectorToggle.onclick = () => panel.toggle();
   const mapToggle = element("map-toggle", HTMLButtonElement);
-  const map = new MapPanel(visit, (open) => {
+  const map = new MapPanel(visit, announcer, (open) => {
     mapToggle.setAttribute("aria-pressed", String(open));
     if (open) makeRoom(panel, help, ...folds);
     keepFocus();
@@ -304,7 +304,8 @@ async function main(): Promise<void> {
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];
     const links = labelled(others).map(({ scene, label }) => ({ label, href: addressOfScene(location.href, scene) }));
-    showProblem(explain(error, serverAt(base, location.origin)), retry, links);
+    const isHopeless = error instanceof NoSuchScene && error.scene !== undefined && !isSceneName(error.scene);
+    showProblem(explain(error, serverAt(base, location.origin)), isHopeless ? undefined : retry, links);
   }
 }
 

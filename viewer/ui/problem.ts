@@ -186,10 +186,10 @@ function explainOutOfOrder(status: number, host: string): Explanation {
   return { title: "The server is out of order", text };
 }
 
-/** Fills the page with a problem; its button runs `retry`. */
+/** Fills the page with a problem; its button runs `retry`, and is not there where that is of no use. */
 export function showProblem(
   explanation: Explanation,
-  retry: () => void,
+  retry: (() => void) | undefined,
   links: readonly { label: string; href: string }[] = [],
 ): void {
   element("problem-title", HTMLHeadingElement).textContent = explanation.title;
@@ -204,9 +204,11 @@ export function showProblem(
     }),
   );
   const button = element("problem-retry", HTMLButtonElement);
-  button.onclick = retry;
+  button.hidden = retry === undefined;
+  button.onclick = retry ?? null;
   element("problem", HTMLDivElement).hidden = false;
   // Nothing behind it can be reached.
   for (const behind of [element("view", HTMLCanvasElement), element("page", HTMLDivElement)]) behind.inert = true;
-  button.focus();
+  if (retry) button.focus();
+  else element("problem-links", HTMLUListElement).querySelector("a")?.focus();
 }
