@@ -1,6 +1,7 @@
 import { expect, it, vi } from "vitest";
 import { IncompleteIndexError } from "../core/objects.ts";
 import { FetchError } from "../core/transfer.ts";
+import { NoWebGlError } from "../three/stage.ts";
 import { explain, explainSilence, ForbiddenTree, NoSuchScene, serverAt } from "./problem.ts";
 import { Toast } from "./toast.ts";
 
@@ -122,4 +123,10 @@ it("says what names of scenes look like to who gives one that cannot be, and try
   expect(text).toContain("a to z");
   expect(text).not.toMatch(/[Tt]ry again|reload/);
   expect(explain(new NoSuchScene("tower", [town]), HERE).title).toContain("There is no scene called “tower”");
+});
+
+it("says without WebGL what the error itself says, which whoever embeds a world is handed", () => {
+  const error = new NoWebGlError();
+  expect(explain(error, HERE).text).toBe(error.message);
+  expect(error.message).not.toContain("THREE");
 });
