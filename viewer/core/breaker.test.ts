@@ -28,6 +28,17 @@ it("opens when two are given up and nothing was answered since they began, and c
   expect(events.answered.mock.calls).toEqual([[true], [false]]);
 });
 
+it("stays closed where there are answers, although what comes is broken, and closes with such an answer", () => {
+  const { breaker, events } = broken();
+  for (const url of ["a", "c", "d"]) breaker.broke(url);
+  expect([breaker.isOpen, events.lost.mock.calls.length]).toEqual([false, 3]);
+  breaker.lost("a", breaker.mark);
+  breaker.lost("c", breaker.mark);
+  expect(breaker.isOpen).toBe(true);
+  breaker.broke("d");
+  expect([breaker.isOpen, events.answered.mock.calls]).toEqual([false, [[true]]]);
+});
+
 it("lets one try at a time, each in turn, and another when that is not wanted any more", () => {
   const { breaker } = broken();
   breaker.allow();

@@ -72,13 +72,27 @@ export class Breaker {
     this.events.lost();
   }
 
+  /** It answers, and yet a download was given up that may come later, since what comes of it is cut or damaged. */
+  broke(url: string): void {
+    const wasSilent = this.hears();
+    this.misses.set(url, (this.misses.get(url) ?? 0) + 1);
+    if (wasSilent) this.events.answered(wasSilent);
+    this.events.lost();
+  }
+
   answered(url: string): void {
+    const silent = this.hears();
+    if (this.misses.delete(url) || silent) this.events.answered(silent);
+  }
+
+  /** There is an answer; tells whether there was none before. */
+  private hears(): boolean {
+    const { silent } = this;
     this.answers += 1;
     this.unanswered.clear();
-    const { silent } = this;
     this.silent = false;
     this.mayProbe = false;
     this.probe = undefined;
-    if (this.misses.delete(url) || silent) this.events.answered(silent);
+    return silent;
   }
 }

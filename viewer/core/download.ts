@@ -1,6 +1,7 @@
 /**
  * Who waits for one file, and what has come of it? Some wait for all of it, others for a part of it; all hear of its end.
  */
+import { Gate } from "./gate.ts";
 import { Incoming } from "./incoming.ts";
 import type { RequestTrace } from "./requestlog.ts";
 import { type Part, PartError, Slices } from "./slices.ts";
@@ -24,6 +25,14 @@ export class Download {
   readonly order: number;
   readonly trace: RequestTrace | undefined;
   readonly controller = new AbortController();
+  /** Which try comes next. */
+  attempt = 1;
+  /** Whether nothing came of it for long, so that it has given its place to others once. */
+  isLate = false;
+  /** Whether nothing has come for long of what was asked for last. */
+  isQuiet = false;
+  /** Who does something else when that happens. */
+  private readonly quiet = new Gate();
   /** Whether it did not come in a bundle where it should have, and now goes alone. */
   alone = false;
   private readonly whole: Promise<ArrayBuffer>;
@@ -73,6 +82,16 @@ export class Download {
     return this.incoming.length;
   }
 
+  /** Comes true when nothing comes of it for long. */
+  untilQuiet(): Promise<void> {
+    return this.isQuiet || this.isLate ? Promise.resolve() : this.quiet.next();
+  }
+
+  fallsQuiet(): void {
+    this.isQuiet = true;
+    this.quiet.open();
+  }
+
   all(): Promise<ArrayBuffer> {
     this.isWantedWhole = true;
     return this.whole;
@@ -93,11 +112,13 @@ export class Download {
   /** It is asked for, for the first time or once more. */
   starts(): void {
     this.trace?.starts();
+    this.isQuiet = false;
     this.incoming = new Incoming(this.bytes);
   }
 
   receives(piece: Uint8Array): void {
     this.trace?.receives(piece.byteLength);
+    this.isQuiet = false;
     this.incoming.push(piece);
     this.slices.look(this.incoming);
   }

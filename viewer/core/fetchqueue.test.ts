@@ -61,13 +61,13 @@ describe("the fetch queue", () => {
   });
 
   it("lets go of what is cancelled and goes on with the rest", async () => {
-    const { queue, open } = manual({ concurrency: 1 });
+    const { queue, open, attempt } = manual({ concurrency: 1 });
     const gone = queue.request("a", 1);
     const kept = queue.request("b", 2);
     queue.cancel("a");
     await expect(gone).rejects.toMatchObject({ kind: "cancelled" });
     expect(open[0]?.init.signal?.aborted).toBe(true);
-    open[1]?.answer("b");
+    (await attempt(1)).answer("b");
     expect((await kept).byteLength).toBe(1);
   });
 
@@ -172,4 +172,73 @@ describe("what may be under way", () => {
     const near = await queue.request("kept", PRIORITY.finer, { bytes: 3 });
     expect([near.byteLength, open.length]).toEqual([3, 0]);
   });
+});
+
+describe("what is silent for some seconds", () => {
+  const QUIET = { quiet_ms: 15, stall_ms: 60_000 };
+
+  it("lets others go before it, and is asked for after them", async () => {
+    const { queue, open, attempt } = manual({ ...QUIET, concurrency: 1 });
+    const [silent, other] = [queue.request("a", 1), queue.request("b", 2)];
+    const second = await attempt(1);
+    expect([second.url, open[0]?.init.signal?.aborted]).toEqual(["b", true]);
+    second.answer("b");
+    const third = await attempt(2);
+    expect(third.url).toBe("a");
+    third.answer("aaa");
+    expect([(await silent).byteLength, (await other).byteLength]).toEqual([3, 1]);
+  });
+
+  it.each([0, 1])(
+    "is asked for once more where nobody else waits, and answer %i is taken when it comes first",
+    async (n) => {
+      const silent = vi.fn();
+      const { queue, open, attempt } = manual({ ...QUIET, silent });
+      const come = queue.request(HELLO, 1);
+      expect([(await attempt(1)).url, open[1]?.init.cache]).toEqual([HELLO, "reload"]);
+      expect(silent.mock.calls[0]?.[0]).toMatchObject({ url: HELLO, how: "quiet", attempt: 1 });
+      open[n]?.answer("hello");
+      expect((await come).byteLength).toBe(5);
+      expect(
+        open.map(({ init }) => init.signal?.aborted),
+        "the other is called off",
+      ).toEqual([n === 1, n === 0]);
+      expect(silent.mock.lastCall).toEqual([undefined]);
+      expect([open.length, queue.tally.bytes, queue.pending]).toEqual([2, 5, 0]);
+    },
+  );
+
+  it("takes three transfers at most, so that what is asked for later goes at once", async () => {
+    const { queue, open, attempt } = manual({ ...QUIET, concurrency: 4 });
+    for (let i = 0; i < 9; i += 1) queue.request(`silent ${i}`, 1).catch(() => {});
+    const held = () => open.filter(({ init }) => !init.signal?.aborted).length;
+    await vi.waitFor(() => expect([open.length >= 9, held() <= 3]).toEqual([true, true]), { timeout: 4000 });
+    await turn();
+    const before = open.length;
+    void queue.request("urgent", 1);
+    expect((await attempt(before)).url).toBe("urgent");
+    expect(held()).toBeLessThanOrEqual(4);
+  });
+});
+
+it("what breaks off is asked for again past the cache, and said to be damaged; nobody else waits for it", async () => {
+  const silent = vi.fn();
+  const urls: string[] = [];
+  const caches: (string | undefined)[] = [];
+  const fetch = async (url: string, { cache }: RequestInit) => {
+    urls.push(url);
+    caches.push(cache);
+    if (url === "good") return new Response("good");
+    const start = (controller: ReadableStreamDefaultController) => controller.error(new TypeError("network error"));
+    return new Response(new ReadableStream({ start }));
+  };
+  const { queue } = manual({ fetch, attempts: 2, silent });
+  const watcher = { lost: vi.fn(), answered: vi.fn(), missing: vi.fn() };
+  queue.watch(watcher);
+  const broken = ["a", "b", "c"].map((url) => queue.request(url, 1));
+  for (const one of broken) await expect(one).rejects.toMatchObject({ kind: "broken" });
+  expect(caches).toEqual(["default", "default", "default", "reload", "reload", "reload"]);
+  expect(silent.mock.calls[0]?.[0]).toMatchObject({ url: "a", how: "broken" });
+  expect(watcher.lost).toHaveBeenCalledTimes(3);
+  expect((await queue.request("good", 1)).byteLength).toBe(4);
 });

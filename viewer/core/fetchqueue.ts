@@ -5,12 +5,12 @@
  */
 import { Breaker, type BreakerEvents } from "./breaker.ts";
 import { inOrder, isSmall, NAME_BYTES, together } from "./bundles.ts";
-import { Carrier, cancelled, type FetchTally } from "./carrier.ts";
+import { Carrier, cancelled, type FetchTally, type Hooks, Yielded } from "./carrier.ts";
 import type { FileRef } from "./documents.ts";
 import { Download } from "./download.ts";
 import type { FrameBudget } from "./framebudget.ts";
 import { LineMeter, type Meter } from "./linemeter.ts";
-import { purposeOf } from "./priority.ts";
+import { PRIORITY, purposeOf } from "./priority.ts";
 import type { RequestLog } from "./requestlog.ts";
 import type { Shelf } from "./shelf.ts";
 import { type Silence, Silences } from "./silences.ts";
@@ -29,13 +29,15 @@ export interface FetchQueueOptions {
   readonly attempts: number;
   /** A download from which nothing is heard for so long is tried again; twice as long the second time, and so on. */
   readonly stall_ms: number;
+  /** When nothing came of something for so long, others are let go before it, or it is asked for once more; unless answers usually take longer. */
+  readonly quiet_ms: number;
   /** Pause before the second try; doubles for each further one. */
   readonly backoff_ms: number;
   /** Remembers what was asked for and how it ended. */
   readonly log?: RequestLog;
   /** What is kept from visit to visit. */
   readonly shelf?: Shelf | undefined;
-  /** Hears when something is tried again of which nothing came for long, and of nothing when that is over. */
+  /** Hears of what nothing comes for long, or only what is damaged, while it is tried on, and of nothing when that is over. */
   readonly silent?: (silence: Silence | undefined) => void;
   /** Says what a request costs; learnt from what travels unless given. */
   readonly meter?: Meter | undefined;
@@ -56,6 +58,7 @@ export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" 
   concurrency: 8,
   attempts: 4,
   stall_ms: 20_000,
+  quiet_ms: 4000,
   backoff_ms: 300,
 };
 
@@ -63,22 +66,30 @@ export const FETCH_DEFAULTS: Omit<FetchQueueOptions, "fetch" | "digest" | "log" 
 export interface FetchWatcher extends BreakerEvents {
   /** An immutable object is not there. */
   readonly missing: () => void;
-  /** Nothing came for long of what is tried again. */
+  /** Nothing comes for long of what is tried on, or only what is damaged. */
   readonly silent?: (silence: Silence) => void;
 }
 
 /** What is left of a file of which nobody wants any more comes to its end where it is no more than this: to call it off costs a connection. */
 const LEAST_REST_BYTES = 16 * 1024;
 
+/** What was silent for long takes so many transfers at most: a browser has few connections to a server, and others must have some, too. */
+const MOST_LATE = 3;
+
+/** One transfer, with what it takes of the line. */
+interface Underway {
+  readonly downloads: readonly Download[];
+  readonly requests: number;
+  readonly bytes: number;
+}
+
 export class FetchQueue {
   private readonly carrier: Carrier;
   private readonly waiting = new Map<string, Download>();
   private readonly running = new Map<string, Download>();
   /** Transfers under way, and how many of them are bundles. */
-  private transfers = 0;
+  private readonly transfers = new Set<Underway>();
   private bundles = 0;
-  /** What of it is on the line, documents apart. */
-  private readonly line = { requests: 0, bytes: 0 };
   private pumping = false;
   private orders = 0;
 
@@ -144,6 +155,16 @@ export class FetchQueue {
   /** Whether a file is on its way. */
   isComing(url: string): boolean {
     return this.running.has(url) || this.waiting.has(url);
+  }
+
+  /** Whether something is silent that is waited for. */
+  get isSilent(): boolean {
+    return this.silences.any;
+  }
+
+  /** Comes true when nothing comes for long of a file that is on its way. */
+  untilQuiet(url: string): Promise<void> {
+    return (this.running.get(url) ?? this.waiting.get(url))?.untilQuiet() ?? new Promise(() => {});
   }
 
   /** How much has come of a file that is on its way. */
@@ -221,7 +242,7 @@ export class FetchQueue {
   }
 
   private pump(): void {
-    while (this.transfers < this.options.concurrency) {
+    while (this.transfers.size < this.options.concurrency) {
       const next = this.next();
       if (next.length === 0) break;
       for (const download of next) {
@@ -231,15 +252,11 @@ export class FetchQueue {
       const [first] = next;
       const requests = first && this.travels(first) ? 1 : 0;
       const bytes = requests * lineBytes(next);
-      const count = (sign: 1 | -1) => {
-        this.transfers += sign;
-        this.line.requests += sign * requests;
-        this.line.bytes += sign * bytes;
-      };
-      count(1);
+      const transfer = { downloads: next, requests, bytes };
+      this.transfers.add(transfer);
       const run = next.length > 1 ? this.runBundle(next) : first && this.run(first);
       void run?.finally(() => {
-        count(-1);
+        this.transfers.delete(transfer);
         this.pump();
       });
     }
@@ -252,14 +269,17 @@ export class FetchQueue {
    * `client/src/explorer/tasks.rs`.
    */
   private makeRoom(): void {
-    const isFull = this.transfers >= this.options.concurrency || !this.hasRoom;
+    const isFull = this.transfers.size >= this.options.concurrency || !this.hasRoom;
     if (this.waiting.size === 0 || !isFull || this.breaker?.isOpen) return;
     const served = [...this.running.values()].filter((one) => one.isServed && one.rest_bytes > LEAST_REST_BYTES);
     for (const { url } of served) this.cancel(url);
   }
 
   private get hasRoom(): boolean {
-    return this.meter.hasRoom(this.line.requests, this.line.bytes);
+    // What is silent does not use the line.
+    const heard = [...this.transfers].filter(({ downloads }) => downloads.some(({ isQuiet }) => !isQuiet));
+    const sum = (what: "requests" | "bytes") => heard.reduce((total, transfer) => total + transfer[what], 0);
+    return this.meter.hasRoom(sum("requests"), sum("bytes"));
   }
 
   /** What has come of a file that does not come to its end. */
@@ -270,7 +290,7 @@ export class FetchQueue {
 
   /** What goes next: one download, or several that come together. */
   private next(): Download[] {
-    const inLine = [...this.waiting.values()].sort((a, b) => a.priority - b.priority || a.order - b.order);
+    const inLine = [...this.waiting.values()].sort((a, b) => rankOf(a) - rankOf(b) || a.order - b.order);
     if (this.breaker?.isOpen) {
       const kept = inLine.find((one) => !this.travels(one));
       const next = kept ?? this.breaker.choose(inLine, ({ priority }) => purposeOf(priority) === "document");
@@ -279,13 +299,35 @@ export class FetchQueue {
     // Half of the transfers are left for what is large, or turns out to be urgent.
     const full = 2 * this.bundles >= this.options.concurrency;
     const { hasRoom } = this;
+    const hasLateRoom = this.late < MOST_LATE;
     const mayGo = (one: Download) =>
-      (hasRoom || !this.waitsForRoom(one)) && (!full || purposeOf(one.priority) === "document" || !this.mayCome(one));
+      (hasLateRoom || !one.isLate) &&
+      (hasRoom || !this.waitsForRoom(one)) &&
+      (!full || purposeOf(one.priority) === "document" || !this.mayCome(one));
     const first = inLine.find(mayGo);
     if (!first) return [];
     if (full || !this.mayCome(first)) return [first];
     const purpose = purposeOf(first.priority);
     return together(inLine.filter((one) => purposeOf(one.priority) === purpose && this.mayCome(one)));
+  }
+
+  /** How many that were silent before, or are, are being tried. */
+  private get late(): number {
+    return [...this.running.values()].filter(({ isLate, isQuiet }) => isLate || isQuiet).length;
+  }
+
+  /** Whether others need the place of a download that is silent. */
+  private yields(): boolean {
+    // Only what alone is silent is asked for twice at once.
+    return this.late > 1 || [...this.waiting.values()].some(({ isLate }) => !isLate);
+  }
+
+  private hooksOf(download: Download): Hooks {
+    return {
+      came: () => download.isServed && this.makeRoom(),
+      hushed: () => this.pumpSoon(),
+      yields: () => this.yields(),
+    };
   }
 
   /** Whether a download takes its share of the line: what is kept does not. */
@@ -315,10 +357,17 @@ export class FetchQueue {
     try {
       const kept = this.shelf && !download.fresh ? await this.shelf.read(download.url) : undefined;
       if (kept) this.tally.kept_bytes += kept.byteLength;
-      const bytes = kept ?? (await this.carrier.bring(download, () => download.isServed && this.makeRoom()));
+      const bytes = kept ?? (await this.carrier.bring(download, this.hooksOf(download)));
       this.settle(download, bytes, kept ? "kept" : "done");
     } catch (error) {
       const isRunning = this.running.get(download.url) === download;
+      if (isRunning && error instanceof Yielded) {
+        this.running.delete(download.url);
+        download.isLate = true;
+        download.attempt += 1;
+        this.waiting.set(download.url, download);
+        return;
+      }
       if (isRunning) {
         this.running.delete(download.url);
         this.keepParts(download);
@@ -334,6 +383,7 @@ export class FetchQueue {
     if (!(error instanceof FetchError)) return;
     const { kind, url, status } = error;
     if (kind === "unreachable") this.breaker?.lost(url, mark);
+    else if (kind === "broken") this.breaker?.broke(url);
     else if (isImmutable(url) && (status === 404 || status === 410)) this.watcher?.missing();
   }
 
@@ -371,6 +421,11 @@ export class FetchQueue {
     this.breaker?.answered(download.url);
     this.settle(download, bytes, "done");
   }
+}
+
+/** What was silent goes after all that is needed for a picture, and before what is finer. */
+function rankOf({ priority, isLate }: Download): number {
+  return isLate ? Math.max(priority, PRIORITY.due - 1) : priority;
 }
 
 /** What comes with one request takes so many bytes on the line; bundles are not compressed, whatever is in them. */

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { CellEntry } from "./documents.ts";
-import { floorPlan, MapFrame } from "./floorplan.ts";
+import { cellOnMap, floorPlan, MapFrame } from "./floorplan.ts";
 import type { Bounds } from "./geometry.ts";
 
 const WORLD: Bounds = { min: [0, 0, 0], max: [100, 10, 50] };
@@ -66,4 +66,18 @@ describe("a floor plan", () => {
     expect(at(1.6, 0.1)).toEqual({ below: [0, 3, 1], storey: [] });
     expect(floorPlan([], 1.6, 1)).toEqual({ below: [], storey: [] });
   });
+});
+
+it("the cell at a point of a map is what is drawn there last, or none", () => {
+  const box = (id: number, from: number, to: number): CellEntry => ({
+    cell: id,
+    bounds: { min: [from, 0, 0], max: [to, 3, 10] },
+    planes: [],
+    adjacent: [],
+    record: "",
+    recordBytes: 0,
+    steps: undefined,
+  });
+  const plan = { below: [box(1, 0, 20)], storey: [box(2, 5, 9), box(3, 8, 12)] };
+  expect([2, 6, 8.5, 15, 30].map((x) => cellOnMap(plan, [x, 1, 5])?.cell)).toEqual([1, 2, 3, 1, undefined]);
 });

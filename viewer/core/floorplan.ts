@@ -82,3 +82,9 @@ export function floorPlan(cells: Iterable<CellEntry>, height_m: number, size: nu
   const isInReach = (cell: CellEntry) => floorOf(cell) >= eye_m - STANDING_M * size && cell.bounds.max[1] >= eye_m;
   return { below: under.filter((cell) => !isInReach(cell)).reverse(), storey: under.filter(isInReach) };
 }
+
+/** The cell that a map shows at a point: of those that lie there, what is drawn last. */
+export function cellOnMap({ below, storey }: FloorPlan, [x, , z]: Vec3): CellEntry | undefined {
+  const isThere = ({ bounds: { min, max } }: CellEntry) => min[0] <= x && x <= max[0] && min[2] <= z && z <= max[2];
+  return [...below, ...storey].reverse().find(isThere);
+}

@@ -1,6 +1,6 @@
 /**
- * What may be tried again of what could not be had? A server that is silent, busy or out of order may be well again soon; what it
- * does not have, or holds damaged, stays so until somebody sees to it.
+ * What may be tried again of what could not be had? A server that is silent, busy or out of order may be well again soon, and so may
+ * the way from there, on which things break off; what it does not have, or holds damaged, stays so until somebody sees to it.
  */
 import { FetchError } from "./transfer.ts";
 
@@ -11,9 +11,14 @@ export interface Loss {
   readonly error: unknown;
 }
 
+/** Of how a download failed: whether another try may bring it. */
+export function mayPass(kind: FetchError["kind"]): boolean {
+  return kind === "unreachable" || kind === "broken";
+}
+
 /** Whether something failed for a reason that passes by itself. */
 export function passes(error: unknown): boolean {
-  if (error instanceof FetchError) return error.kind === "unreachable";
+  if (error instanceof FetchError) return mayPass(error.kind);
   return error instanceof Error && passes(error.cause);
 }
 

@@ -130,12 +130,16 @@ export class ModelFiles {
     return text;
   }
 
-  /** A level's GLB, out of its pack where that is worth it, or where it is lost alone. One that cannot be had so is fetched alone. */
+  /** A level's GLB, out of its pack where that is worth it, or where it is lost alone. One that cannot be had so, or not soon, is fetched alone. */
   private async fetchGlb(load: Load, level: Level, packs: ReadonlyMap<string, number>): Promise<ArrayBuffer> {
     const { pack } = level;
     if (pack && packs.has(pack.url) && this.parts.queue.cost_bytes(level) > 0) {
       try {
-        return await this.fetchOutOf(load, level, pack);
+        const outOf = this.fetchOutOf(load, level, pack);
+        const silent = this.parts.queue.untilQuiet(this.parts.tree.resolve(pack.url));
+        const come = await Promise.race([outOf, silent]);
+        // What a silent pack holds is asked for alone, too, and comes as it comes first.
+        return come ?? (await Promise.any([outOf, this.fetch(load, level)]));
       } catch (error) {
         if (load.state === "cancelled") throw error;
       }
@@ -202,7 +206,7 @@ export class ModelFiles {
     const address = tree.resolve(pack.url);
     load.urls.add(address);
     const part = { url: tree.resolve(url), bytes, from: pack.from };
-    const isWanted = () => load.state !== "cancelled";
+    const isWanted = () => load.state !== "cancelled" && !load.here.has(url);
     const asked = { reason: load.packReason, bytes: pack.bytes, isWanted };
     const come = await queue.slice(part, address, load.priority, asked);
     load.here.add(url);

@@ -135,7 +135,7 @@ export class ObjectDirectory {
 
   /**
    * The same as soon as can be: what stands for an object will do. `came` is told what there is while only some of them can
-   * be drawn.
+   * be drawn: where others are grown, or something is silent.
    */
   async behold(
     ids: readonly number[],
@@ -153,7 +153,8 @@ export class ObjectDirectory {
     try {
       await this.standIns?.read(holders, amongModels, tell);
       const bare = missing.filter((id) => !this.beheld(id));
-      if (bare.length === missing.length) await this.read(holders, beforeAll, losses);
+      const tellLate = () => this.scene.queue.isSilent && tell();
+      if (bare.length === missing.length) await this.read(holders, beforeAll, losses, tellLate);
       else await this.read(await this.holders(bare, amongModels, losses), amongModels, losses, tell);
     } finally {
       telling.close();

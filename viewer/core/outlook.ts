@@ -66,6 +66,8 @@ export class Outlook {
   private position: Vec3 | undefined;
   private shown: Sight = NOTHING_IN_SIGHT;
   private told: Told | undefined;
+  /** Shows what is known of what can be seen from the cell where one is, while the rest is on its way. */
+  private showSoFar: () => void = () => {};
   /** How often a cell was entered, or looked at anew because of a door. */
   private arrivals = 0;
   /** Whether all that is around is shown, because no cell says what can be seen. */
@@ -88,7 +90,7 @@ export class Outlook {
   ) {
     const { scene, directory, index } = parts;
     this.surroundings = new Surroundings(scene, directory, events.problem);
-    this.starts = new Starts(scene, index, directory);
+    this.starts = new Starts(scene, index, directory, () => this.showSoFar());
     this.whereabouts = new Whereabouts(this.starts, {
       entered: (entry) => {
         if (this.inside || !this.entered) this.entered = this.position;
@@ -179,6 +181,8 @@ export class Outlook {
   goOnWithout(): void {
     const { position } = this;
     this.starts.late.open();
+    this.showSoFar();
+    this.surroundings.tell();
     if (this.closed || !position || this.parts.scene.manifest.whole || this.showsNear) return;
     void this.lookAround(position, () => this.showsNear, "meanwhile");
   }
@@ -211,6 +215,7 @@ export class Outlook {
     this.arrivals += 1;
     this.loss = undefined;
     this.hasStrayed = false;
+    this.showSoFar = () => {};
     const arrival = this.arrivals;
     const hasLeft = () => this.closed || this.arrivals !== arrival;
     const beheld = this.behold(cell, hasLeft);
@@ -273,7 +278,12 @@ export class Outlook {
   private async lookAround(position: Vec3, isOver: () => boolean, how?: "meanwhile"): Promise<void> {
     // What is around somewhere else says nothing of what is here.
     if (!this.surroundings.covers(position)) this.isAround = false;
-    const around = await this.surroundings.look(position);
+    const some = (objects: readonly PlacedObject[]) => {
+      if (this.closed || isOver() || objects.length === 0) return;
+      this.show({ cell: undefined, objects, count: objects.length });
+      this.events.learnt();
+    };
+    const around = await this.surroundings.look(position, some, how);
     if (this.closed || !around || isOver()) return;
     const { objects } = around;
     const isAll = around.isAll && how !== "meanwhile";
@@ -297,7 +307,13 @@ export class Outlook {
       if (!hasLeft()) this.show({ cell, objects, count: ids.length, lost });
     };
     if (!hasLeft()) this.hear(record, ids);
+    const known = () => ids.flatMap((id) => directory.beheld(id) ?? []);
+    this.showSoFar = () => {
+      const some = known();
+      if (some.length > 0) see(some);
+    };
     const first = await directory.behold(ids, undefined, see);
+    if (!hasLeft()) this.showSoFar = () => {};
     const isMore = first.loss && (await this.starts.takeFor(cell));
     const { objects, loss } = isMore ? await directory.behold(ids) : first;
     if (loss && objects.length === 0) throw loss.error;

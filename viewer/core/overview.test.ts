@@ -30,7 +30,7 @@ const world = (top_m: number, ...names: string[]) => ({
 
 describe("a view of everything", () => {
   it.each([0.5, 1, 2])("has all of the world in the picture, from above, at an aspect of %d", (aspect) => {
-    const pose = overview(world(9, MADE_UP), 1, aspect);
+    const pose = overview(world(9, MADE_UP), BOUNDS, 1, aspect);
     if (!pose) return expect.fail("no view");
     expect(pose.position[1]).toBeGreaterThan(BOUNDS.max[1]);
     const ahead = direction(pose.yaw, pose.pitch);
@@ -48,9 +48,11 @@ describe("a view of everything", () => {
   });
 
   it("is for who is given no other place, and where one would not look at a roof", () => {
-    expect(overview(world(5, MADE_UP), 1, 1)).toBeUndefined();
-    expect(overview(world(9, "West room"), 1, 1)).toBeUndefined();
-    expect(overview(world(9, "start"), 1, 1)).toBeUndefined();
+    expect(overview(world(5, MADE_UP), BOUNDS, 1, 1)).toBeUndefined();
+    expect(overview(world(9, "West room"), BOUNDS, 1, 1)).toBeUndefined();
+    expect(overview(world(9, "start"), BOUNDS, 1, 1)).toBeUndefined();
+    const low = { min: BOUNDS.min, max: [30, 4, 20] as Vec3 };
+    expect(overview(world(5, MADE_UP), low, 1, 1), "below a dome").toBeDefined();
     expect(madeUp(world(5, MADE_UP))?.name).toBe(MADE_UP);
     expect(madeUp(world(5, "start"))).toBeUndefined();
   });

@@ -17,28 +17,28 @@ export function madeUp({ viewpoints }: Pick<Manifest, "viewpoints">): Viewpoint 
   return viewpoints.find(({ isMadeUp }) => isMadeUp);
 }
 
-/** Whether any cell reaches above all that there is to see. */
-export function reachesAbove({ bounds, cells }: Pick<Manifest, "bounds" | "cells">): boolean {
-  return cells.entries.some((entry) => entry.bounds.max[1] > bounds.max[1]);
+/** Whether any cell reaches above what there is to see. */
+export function reachesAbove({ cells }: Pick<Manifest, "cells">, frame: Bounds): boolean {
+  return cells.entries.some((entry) => entry.bounds.max[1] > frame.max[1]);
 }
 
-/** A three-quarter view of everything; `undefined` where one begins in a better place, or would look at a roof. */
+/** A three-quarter view of what belongs into the picture; `undefined` where one begins in a better place, or would look at a roof. */
 export function overview(
-  manifest: Pick<Manifest, "bounds" | "cells" | "viewpoints">,
+  manifest: Pick<Manifest, "cells" | "viewpoints">,
+  frame: Bounds,
   viewAngle_rad: number,
   aspect: number,
 ): Pose | undefined {
-  const { bounds } = manifest;
-  if (!madeUp(manifest) || !reachesAbove(manifest)) return undefined;
+  if (!madeUp(manifest) || !reachesAbove(manifest, frame)) return undefined;
   const tall = Math.tan(viewAngle_rad / 2);
   const [ahead, up, right] = [
     direction(YAW_RAD, PITCH_RAD),
     direction(YAW_RAD, PITCH_RAD + RIGHT_RAD),
     rightOf(YAW_RAD),
   ];
-  const centre = middle(bounds);
+  const centre = middle(frame);
   // From each corner backwards until it stands on the edge of the picture; the furthest of these has all corners in it.
-  const distances_m = cornersOf(bounds).map((corner) => {
+  const distances_m = cornersOf(frame).map((corner) => {
     const way = subtract(corner, centre);
     const aside_m = Math.max(Math.abs(dot(up, way)) / tall, Math.abs(dot(right, way)) / (tall * aspect));
     return aside_m - dot(ahead, way);

@@ -24,26 +24,31 @@ const nextRoom = cell(1, [9, 0, 1], [19, 3, 9], 0);
 const sky = cell(2, [-2, 6, -2], [22, 9, 22]);
 
 it("there is a roof over a room from which no cell leads up, although one could fly over it", async () => {
-  expect(await isRoofed(world([room(1), nextRoom, sky]))).toBe(true);
+  expect(await isRoofed(world([room(1), nextRoom, sky]), WORLD)).toBe(true);
 });
 
 it("there is none over a street, however many cells it is cut into upwards", async () => {
   const over = cell(1, [-2, 3, -2], [22, 6, 22], 0, 2);
-  expect(await isRoofed(world([room(1), over, { ...sky, adjacent: [1] }]))).toBe(false);
-  expect(await isRoofed(world([cell(0, [1, 0, 1], [9, 9, 9])]))).toBe(false);
+  expect(await isRoofed(world([room(1), over, { ...sky, adjacent: [1] }]), WORLD)).toBe(false);
+  expect(await isRoofed(world([cell(0, [1, 0, 1], [9, 9, 9])]), WORLD)).toBe(false);
 });
 
 it("what is open above next door is no sky over here", async () => {
   const court = cell(1, [9, 0, 1], [19, 9, 9], 0);
-  expect(await isRoofed(world([room(1), court]))).toBe(true);
+  expect(await isRoofed(world([room(1), court]), WORLD)).toBe(true);
 });
 
 it("nothing is asked where an author says where to begin, or nobody could fly over it", async () => {
   const never = () => expect.fail("asked");
-  expect(await isRoofed(world([room(), sky], false, never))).toBe(false);
-  expect(await isRoofed(world([room(1), nextRoom], true, never))).toBe(false);
+  expect(await isRoofed(world([room(), sky], false, never), WORLD)).toBe(false);
+  expect(await isRoofed(world([room(1), nextRoom], true, never), WORLD)).toBe(false);
 });
 
 it("what cannot be had says nothing of a roof", async () => {
-  expect(await isRoofed(world([room(), sky], true, () => Promise.reject(new Error("lost"))))).toBe(false);
+  expect(
+    await isRoofed(
+      world([room(), sky], true, () => Promise.reject(new Error("lost"))),
+      WORLD,
+    ),
+  ).toBe(false);
 });

@@ -1,9 +1,10 @@
 /**
  * Is there a roof over where one would begin? Then one would see nothing of the world from high up but that roof. Climbs from cell to
- * cell, each above the one before, until one reaches above the world, or none goes on.
+ * cell, each above the one before, until one reaches above what belongs into the picture, or none goes on.
  */
 import { CellIndex } from "./cellindex.ts";
 import type { CellEntry, Viewpoint } from "./documents.ts";
+import type { Bounds } from "./geometry.ts";
 import { madeUp, reachesAbove } from "./overview.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
@@ -15,25 +16,30 @@ const LONGEST_MS = 2000;
 const MOST_STEPS = 64;
 
 /** Whether the place that a bake has made up has a roof above it, as far as the index says so in time. */
-export async function isRoofed(scene: PublishedScene): Promise<boolean> {
+export async function isRoofed(scene: PublishedScene, frame: Bounds): Promise<boolean> {
   const place = madeUp(scene.manifest);
-  if (!place || !reachesAbove(scene.manifest)) return false;
+  if (!place || !reachesAbove(scene.manifest, frame)) return false;
   const waiting = new AbortController();
   // What cannot be had says nothing of a roof.
-  const climbed = endsBelow(scene, place, waiting.signal).catch(() => false);
+  const climbed = endsBelow(scene, place, frame.max[1], waiting.signal).catch(() => false);
   const roofed = await Promise.race([climbed, pause(LONGEST_MS, waiting.signal).then(() => false)]);
   waiting.abort();
   return roofed;
 }
 
-async function endsBelow(scene: PublishedScene, { cell, position }: Viewpoint, signal: AbortSignal): Promise<boolean> {
+async function endsBelow(
+  scene: PublishedScene,
+  { cell, position }: Viewpoint,
+  height_m: number,
+  signal: AbortSignal,
+): Promise<boolean> {
   const index = new CellIndex(scene);
   const [x, , z] = position;
   const isOver = ({ bounds: { min, max } }: CellEntry) => min[0] <= x && x <= max[0] && min[2] <= z && z <= max[2];
   let here = await index.entry(cell, PRIORITY.document);
   for (let step = 0; step < MOST_STEPS && !signal.aborted; step += 1) {
     const top = here.bounds.max[1];
-    if (top > scene.manifest.bounds.max[1]) return false;
+    if (top > height_m) return false;
     const nextDoor = await index.entriesOf(here.adjacent, PRIORITY.document);
     const above = nextDoor.filter((entry) => isOver(entry) && entry.bounds.max[1] > top);
     const [highest] = above.sort((a, b) => b.bounds.max[1] - a.bounds.max[1]);

@@ -4,7 +4,7 @@
  */
 import type { CellIndex, Located } from "./cellindex.ts";
 import { holdsAlone } from "./convex.ts";
-import type { CellEntry } from "./documents.ts";
+import type { CellEntry, Start } from "./documents.ts";
 import { Gate } from "./gate.ts";
 import { distanceToBounds, type Vec3 } from "./geometry.ts";
 import type { ObjectDirectory } from "./objects.ts";
@@ -21,6 +21,8 @@ export class Starts implements Locator {
     private readonly scene: PublishedScene,
     private readonly index: CellIndex,
     private readonly directory: ObjectDirectory,
+    /** Told when a start comes after it was done without. */
+    private readonly came: () => void,
   ) {}
 
   nextDoor(from: CellEntry, point: Vec3): CellEntry | undefined {
@@ -47,12 +49,20 @@ export class Starts implements Locator {
     });
     if (!named || this.index.known(named.cell)) return undefined;
     const coming = this.scene.start(named, PRIORITY.document).catch(() => undefined);
-    const late = this.late.next().then(() => this.scene.queue.cancel(this.scene.tree.resolve(named.url)));
-    const start = (await Promise.race([coming, late])) || undefined;
-    const here = start?.cells.find(({ cell }) => cell === start.start);
-    if (!start || here?.cell !== named.cell || !holdsAlone(here, point)) return undefined;
-    for (const entry of start.cells) this.index.meet(entry);
-    this.directory.take(start);
-    return here;
+    const take = (start: Start | undefined) => {
+      const here = start?.cells.find(({ cell }) => cell === start.start);
+      if (!start || here?.cell !== named.cell || !holdsAlone(here, point)) return undefined;
+      for (const entry of start.cells) this.index.meet(entry);
+      this.directory.take(start);
+      return here;
+    };
+    let isLate = false;
+    const late = this.late.next().then(() => {
+      isLate = true;
+      return undefined;
+    });
+    // It may still come before what is read instead.
+    void coming.then((start) => isLate && take(start) && this.came());
+    return take(await Promise.race([coming, late]));
   }
 }

@@ -6,14 +6,19 @@ import type { PageEntry } from "./documents.ts";
 import { type Bounds, diagonal_m, length, middle, subtract, type Vec3 } from "./geometry.ts";
 import { type Loss, passes } from "./losses.ts";
 import type { Found, ObjectDirectory, PlacedObject } from "./objects.ts";
+import { Pacer } from "./pacer.ts";
 import { nearestChunks } from "./pagetree.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
+import { StallError } from "./transfer.ts";
 
 /** So many chunks of objects are read. */
 const MOST_CHUNKS = 16;
 /** Who has gone such a share of the world's diagonal has strayed. */
 const STRAYED_SHARE = 0.1;
+
+/** While more and more of it gets known, it is told so often. */
+const TOLD_EVERY_MS = 100;
 
 export interface Around {
   readonly objects: readonly PlacedObject[];
@@ -37,6 +42,7 @@ export function bySolidAngle(objects: readonly PlacedObject[], point: Vec3): Pla
 /** Looks around, and anew where one has strayed. */
 export class Surroundings {
   private around: Vec3 | undefined;
+  private soFar: () => void = () => {};
 
   constructor(
     private readonly scene: PublishedScene,
@@ -54,13 +60,25 @@ export class Surroundings {
     return this.around !== undefined && length(subtract(this.around, point)) < this.strayed_m;
   }
 
-  /** What is around a point; `undefined` for who has looked around near by, or looks around elsewhere meanwhile. */
-  async look(point: Vec3): Promise<Around | undefined> {
+  /**
+   * What is around a point; `undefined` for who has looked around near by, or looks around elsewhere meanwhile. `some` hears of what is known of
+   * it while something is silent.
+   */
+  async look(
+    point: Vec3,
+    some: (objects: readonly PlacedObject[]) => void,
+    how?: "meanwhile",
+  ): Promise<Around | undefined> {
     if (this.covers(point)) return undefined;
     this.around = point;
     const whole = this.directory.whole();
-    const { objects, isAll } = whole ? { objects: whole, isAll: true } : await this.readAround(point);
+    const { objects, isAll } = whole ? { objects: whole, isAll: true } : await this.readAround(point, some, how);
     return this.around === point ? { objects: bySolidAngle(objects, point), isAll } : undefined;
+  }
+
+  /** Something is silent: tells what is known so far of what is being looked for. */
+  tell(): void {
+    this.soFar();
   }
 
   /** Looks around the next time wherever that is. */
@@ -69,26 +87,47 @@ export class Surroundings {
   }
 
   /** That something cannot be had is told once. */
-  private async readAround(point: Vec3): Promise<Around> {
+  private async readAround(
+    point: Vec3,
+    some: (objects: readonly PlacedObject[]) => void,
+    how?: "meanwhile",
+  ): Promise<Around> {
     const { scene, directory } = this;
     const losses: Loss[] = [];
     const lostPages: PageEntry[] = [];
     const found: Promise<Found>[] = [];
     const chunks: PageEntry[] = [];
-    const read = (entry: PageEntry) =>
-      scene.page(entry, PRIORITY.document).catch((error: unknown) => {
-        if (losses.length === 0) this.problem(error);
+    const read = async (entry: PageEntry) => {
+      const address = scene.tree.resolve(entry.url);
+      const reading = scene.page(entry, PRIORITY.document);
+      // What is silent is done without for now.
+      const silent = scene.queue.untilQuiet(address).then(() => Promise.reject(new StallError(address, 0)));
+      try {
+        return await (how === "meanwhile" ? Promise.race([reading, silent]) : reading);
+      } catch (error) {
+        reading.catch(() => {});
+        if (losses.length === 0 && !(error instanceof StallError)) this.problem(error);
         losses.push({ error });
         lostPages.push(entry);
         return undefined;
-      });
+      }
+    };
+    const telling = new Pacer(() => {
+      const known = directory.knownBelow([...chunks, ...lostPages]);
+      if (this.around === point) some(bySolidAngle(known, point));
+    }, TOLD_EVERY_MS);
+    const tell = () => scene.queue.isSilent && telling.ask();
     for await (const chunk of nearestChunks(scene.manifest.objects, point, read)) {
       const ids = Array.from({ length: chunk.count }, (_, i) => chunk.first + i);
       found.push(directory.resolve(ids, PRIORITY.document));
       chunks.push(chunk);
+      found.at(-1)?.then(tell, () => {});
       if (found.length === MOST_CHUNKS) break;
     }
+    this.soFar = tell;
     losses.push(...(await Promise.all(found)).flatMap(({ loss }) => loss ?? []));
+    telling.close();
+    if (this.soFar === tell) this.soFar = () => {};
     const objects = directory.knownBelow([...chunks, ...lostPages]);
     const isAll = !losses.some(({ error }) => passes(error)) && (objects.length > 0 || losses.length === 0);
     return { objects, isAll };

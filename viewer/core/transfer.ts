@@ -1,6 +1,6 @@
 /**
  * How do bytes come over the wire? One request and its answer, handed on piece by piece as they come; an answer from which
- * nothing is heard for too long is given up.
+ * nothing is heard for too long is given up. Whoever waits is told before that.
  */
 
 /** Why a download failed for good. */
@@ -8,7 +8,8 @@ export class FetchError extends Error {
   override readonly name = "FetchError";
 
   constructor(
-    readonly kind: "cancelled" | "corrupt" | "status" | "unreachable",
+    /** What is `broken` had begun to come, and broke off or could not be unpacked: the server answers. */
+    readonly kind: "broken" | "cancelled" | "corrupt" | "status" | "unreachable",
     readonly url: string,
     message: string,
     /** Of an answer that is an error. */
@@ -36,17 +37,22 @@ export interface TransferOptions {
   readonly signal: AbortSignal;
   /** A transfer from which nothing is heard for so long has failed. */
   readonly stall_ms: number;
+  /** When nothing is heard for so long, `quiet` is called, and `answered` when an answer begins after so long. */
+  readonly quiet_ms: number;
+  readonly quiet?: () => void;
+  readonly answered?: (wait_ms: number) => void;
 }
 
-/** One try; answers the headers. Throws `unreachable` for what may pass, `status` for what will not. */
+/** One try; answers the headers. Throws `unreachable` or `broken` for what may pass, `status` for what will not. */
 export async function transfer(
   url: string,
-  { fetch, cache, signal, stall_ms }: TransferOptions,
+  { fetch, cache, signal, stall_ms, quiet_ms, quiet = () => {}, answered = () => {} }: TransferOptions,
   receive: (piece: Uint8Array) => void,
 ): Promise<Headers> {
   const stalled = new AbortController();
-  const watch = () => setTimeout(() => stalled.abort(), stall_ms);
-  let timer = watch();
+  const watch = () => [setTimeout(() => stalled.abort(), stall_ms), setTimeout(quiet, quiet_ms)];
+  let timers = watch();
+  const asked_ms = performance.now();
   const either = AbortSignal.any([signal, stalled.signal]);
   // Whatever it is that does not answer need not hear of it either.
   const ended = new Promise<never>((_, reject) => {
@@ -61,11 +67,12 @@ export async function transfer(
       const { status } = response;
       throw new FetchError(passes ? "unreachable" : "status", url, `${url} was answered with ${status}`, status);
     }
+    answered(performance.now() - asked_ms);
     body = response.body?.getReader();
     while (body) {
       // Something was heard: at first that it is there, then what is in it.
-      clearTimeout(timer);
-      timer = watch();
+      timers.forEach(clearTimeout);
+      timers = watch();
       const { value } = await Promise.race([body.read(), ended]);
       if (!value) break;
       receive(value);
@@ -75,9 +82,10 @@ export async function transfer(
     if (error instanceof FetchError) throw error;
     if (either.aborted) body?.cancel().catch(() => {});
     if (stalled.signal.aborted) throw new StallError(url, stall_ms);
+    if (body) throw new FetchError("broken", url, `${url} breaks off or is damaged on the way (${String(error)})`);
     throw new FetchError("unreachable", url, `${url} cannot be reached (${String(error)})`);
   } finally {
-    clearTimeout(timer);
+    timers.forEach(clearTimeout);
   }
 }
 

@@ -212,6 +212,16 @@ async function withoutWebGl(page) {
   await page.goto(url);
   await page.getByRole("alertdialog", { name: "3-D graphics are not available" }).waitFor({ timeout });
   await page.screenshot({ path: picture("no-webgl") });
+  const sentence = await page.locator("#problem-text").textContent();
+  const told = await page.evaluate(async () => {
+    const scene = document.createElement("belvedere-scene");
+    scene.src = location.href;
+    const problem = new Promise((tell) => scene.addEventListener("problem", ({ detail }) => tell(detail.message)));
+    await import(new URL("embed/belvedere-scene.js", location.href).href);
+    document.body.append(scene);
+    return problem;
+  });
+  insist(told === sentence, `whoever embeds the world is told “${told}”, and the page says “${sentence}”`);
 }
 
 await tell("reach", async (open) => {
@@ -224,6 +234,6 @@ await tell("reach", async (open) => {
   await byPhone(await open(PHONE));
   await byGamepad(await open());
   await byGamepadSlowly(await open());
-  await withoutWebGl(await open(undefined, /WebGL/));
+  await withoutWebGl(await open());
   console.log("a keyboard, a link, a phone and a gamepad suffice; without WebGL there is a sentence");
 });

@@ -156,7 +156,7 @@ export class BelvedereScene extends HTMLElement {
 
   private begin(
     stage: Stage,
-    { scene, isRoofed }: Opened,
+    { scene, isRoofed, frame }: Opened,
     { canvas, stick, caption }: { canvas: HTMLCanvasElement; stick: HTMLElement; caption: Caption },
     pose: Pose | undefined,
   ): Visit {
@@ -167,6 +167,7 @@ export class BelvedereScene extends HTMLElement {
       stage,
       display: caption,
       isRoofed,
+      frame,
       problem: (error) => this.fail(error, server, caption),
       answered: () => caption.answered(),
       outdated: () => this.showAnew(),

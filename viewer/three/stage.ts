@@ -36,9 +36,15 @@ const ENVIRONMENT_SIZE_PX = 64;
 /** Pixels are given up until the picture is so small, a share of its full width and height. */
 const LEAST_SCALE = 0.35;
 
-/** This browser or machine cannot draw with WebGL. */
+/** This browser or machine cannot draw with WebGL. Says what to do, since whoever embeds a world is handed it as it is. */
 export class NoWebGlError extends Error {
   override readonly name = "NoWebGlError";
+
+  constructor() {
+    super(
+      "This browser cannot draw with WebGL 2. Switch on hardware acceleration in its settings, or open this page in another browser.",
+    );
+  }
 }
 
 export type { Matrix4, Object3D } from "three";
@@ -91,11 +97,10 @@ export class Stage {
     // As large as it will be: to change that later takes long.
     canvas.width = Math.max(1, Math.floor(canvas.clientWidth * this.pixelRatio()));
     canvas.height = Math.max(1, Math.floor(canvas.clientHeight * this.pixelRatio()));
-    try {
-      this.renderer = new WebGLRenderer({ canvas, antialias: fast, powerPreference: "high-performance" });
-    } catch (error) {
-      throw new NoWebGlError(String(error));
-    }
+    const manner = { alpha: true, antialias: fast, powerPreference: "high-performance" } as const;
+    // three.js writes to the console, several times, where there is none; it takes this one where there is.
+    if (!canvas.getContext("webgl2", manner)) throw new NoWebGlError();
+    this.renderer = new WebGLRenderer({ canvas, antialias: fast, powerPreference: "high-performance" });
     this.renderer.toneMapping = ACESFilmicToneMapping;
     this.renderer.toneMappingExposure = 1.05;
     this.camera.rotation.order = "YXZ";

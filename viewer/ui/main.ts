@@ -11,7 +11,7 @@ import type { PlacedObject } from "../core/objects.ts";
 import { RequestLog } from "../core/requestlog.ts";
 import { Shelf } from "../core/shelf.ts";
 import { Throttle } from "../core/throttle.ts";
-import { Tree } from "../core/tree.ts";
+import { isSceneName, Tree } from "../core/tree.ts";
 import { webCryptoDigest } from "../core/verify.ts";
 import { decoderReady } from "../three/decoder.ts";
 import { Stage } from "../three/stage.ts";
@@ -104,7 +104,7 @@ function isUsed(name: string): boolean {
   return new URL(location.href).searchParams.get(name) !== "off";
 }
 
-function start(stage: Stage, { scene, scenes, isRoofed }: Opened, network: Network): void {
+function start(stage: Stage, { scene, scenes, isRoofed, frame }: Opened, network: Network): void {
   const canvas = element("view", HTMLCanvasElement);
   const { toast } = network;
   const announcer = new Announcer(element("live", HTMLParagraphElement));
@@ -126,6 +126,7 @@ function start(stage: Stage, { scene, scenes, isRoofed }: Opened, network: Netwo
     stage,
     display: hud,
     isRoofed,
+    frame,
     uses: { smooth: isUsed("smooth"), impostors: isUsed("impostors"), rules: isUsed("rules") },
     posed: (pose) => history.replaceState(null, "", writePose(pose, linked)),
     problem: (error) => {
@@ -167,7 +168,7 @@ function start(stage: Stage, { scene, scenes, isRoofed }: Opened, network: Netwo
   document.body.append(panel.element);
   inspectorToggle.onclick = () => panel.toggle();
   const mapToggle = element("map-toggle", HTMLButtonElement);
-  const map = new MapPanel(visit, (open) => {
+  const map = new MapPanel(visit, announcer, (open) => {
     mapToggle.setAttribute("aria-pressed", String(open));
     if (open) makeRoom(panel, help, ...folds);
     keepFocus();
@@ -303,7 +304,8 @@ async function main(): Promise<void> {
   } catch (error) {
     const others = error instanceof NoSuchScene ? error.others : [];
     const links = labelled(others).map(({ scene, label }) => ({ label, href: addressOfScene(location.href, scene) }));
-    showProblem(explain(error, serverAt(base, location.origin)), retry, links);
+    const isHopeless = error instanceof NoSuchScene && error.scene !== undefined && !isSceneName(error.scene);
+    showProblem(explain(error, serverAt(base, location.origin)), isHopeless ? undefined : retry, links);
   }
 }
 

@@ -4,9 +4,10 @@
  * chunk at a time, nearest first.
  */
 import type { CellEntry } from "../core/documents.ts";
-import { type FloorPlan, floorPlan, MapFrame, type Spot } from "../core/floorplan.ts";
-import type { Bounds, Vec3 } from "../core/geometry.ts";
+import { cellOnMap, type FloorPlan, floorPlan, MapFrame, type Spot } from "../core/floorplan.ts";
+import { type Bounds, length, subtract, type Vec3 } from "../core/geometry.ts";
 import { firstReach, groundOf, type ReachRange, reachRange, scaleBar, withinReach } from "../core/mapreach.ts";
+import type { Announcer } from "./announcer.ts";
 import { make } from "./dom.ts";
 import { writeLength } from "./format.ts";
 import { inks } from "./inks.ts";
@@ -52,6 +53,7 @@ export class MapPanel {
 
   constructor(
     private readonly visit: Visit,
+    private readonly announcer: Pick<Announcer, "say">,
     private readonly toggled: (open: boolean) => void,
   ) {
     this.ground = groundOf(visit.explorer.scene.manifest);
@@ -112,6 +114,16 @@ export class MapPanel {
     event.preventDefault();
     event.stopPropagation();
     this.draw();
+    if (step) this.tell();
+  }
+
+  /** Says to who does not see it what the keyboard points at. */
+  private tell(): void {
+    const place = this.pointer && this.frame?.place(this.pointer);
+    if (!place) return;
+    const entry = cellOnMap(this.plan, place);
+    const way_m = length(subtract(place, this.visit.standpoint.position));
+    this.announcer.say("map", `${entry ? `Cell c${entry.cell}` : "No cell"} on the map, ${writeLength(way_m)} away`);
   }
 
   /** Two fingers that part show less. */

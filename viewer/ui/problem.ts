@@ -12,6 +12,7 @@ import { reasonOf } from "../core/reason.ts";
 import { MemoryShortError } from "../core/residency.ts";
 import type { Silence } from "../core/silences.ts";
 import { FetchError } from "../core/transfer.ts";
+import { isSceneName } from "../core/tree.ts";
 import { NoDecoderError } from "../three/decoder.ts";
 import { NoWebGlError } from "../three/stage.ts";
 import { element } from "./elements.ts";
@@ -74,8 +75,14 @@ export function explain(error: unknown, server: Server): Explanation {
   return { title, text: shorten(text) };
 }
 
-/** That a server takes long to answer, and what is done about it. */
-export function explainSilence({ attempt, attempts, waited_ms }: Silence, { host }: Server): string {
+/** That a server takes long to answer, or sends what is damaged, and what is done about it. */
+export function explainSilence({ how, attempt, attempts, waited_ms }: Silence, { host }: Server): string {
+  if (how === "broken") {
+    return `Some of what comes from ${host} is cut or damaged on the way. It is asked for again (${attempt + 1} of ${attempts}), and what is here stays.`;
+  }
+  if (how === "quiet") {
+    return `${host} takes long to answer: nothing came of something for ${writeSeconds(waited_ms)}. What else can be had comes meanwhile.`;
+  }
   return `${host} takes long to answer: nothing came of something for ${writeSeconds(waited_ms)}. It is asked again (${attempt + 1} of ${attempts}), and what is here stays.`;
 }
 
@@ -84,7 +91,7 @@ function explainInFull(error: unknown, server: Server): Explanation {
   if (error instanceof NoWebGlError) {
     return {
       title: "3-D graphics are not available",
-      text: "This browser cannot draw with WebGL 2. Switch on hardware acceleration in its settings, or open this page in another browser.",
+      text: error.message,
     };
   }
   if (error instanceof NoDecoderError) {
@@ -97,6 +104,15 @@ function explainInFull(error: unknown, server: Server): Explanation {
           title: "3-D models cannot be decoded",
           text: "This browser has no WebAssembly, or it is switched off, as in Apple's Lockdown Mode. Allow it for this page, or open it in another browser.",
         };
+  }
+  if (error instanceof NoSuchScene && error.scene && !isSceneName(error.scene)) {
+    const rule =
+      "Names of scenes have 1 to 64 small letters a to z, digits, “-” and “_”, begin with a letter or digit, and are not “index”.";
+    const others = error.others.length > 0 ? "These can be visited:" : `No scene is published on ${host}.`;
+    return {
+      title: `“${error.scene}” cannot be the name of a scene`,
+      text: `${rule} Correct “scene=” in this link. ${others}`,
+    };
   }
   if (error instanceof NoSuchScene) {
     return {
@@ -127,6 +143,10 @@ function explainInFull(error: unknown, server: Server): Explanation {
     const text = `${host} cannot be reached just now. Check your connection and that the server is running, then try again.`;
     const reading = " It must also let pages of other servers read it, with the header Access-Control-Allow-Origin.";
     return { title: "The server does not answer", text: isElsewhere ? text + reading : text };
+  }
+  if (error instanceof FetchError && error.kind === "broken") {
+    const text = `${host} answers, but some of what comes from there is cut or damaged on the way, and is missing here. It is asked for again now and then; if that goes on, something between this page and the server spoils what it sends.`;
+    return { title: "Something arrives damaged", text };
   }
   if (error instanceof FetchError && error.kind === "status") {
     return { title: "Something is missing", text: `${host} does not have what this page asked for: ${error.message}.` };
@@ -166,10 +186,10 @@ function explainOutOfOrder(status: number, host: string): Explanation {
   return { title: "The server is out of order", text };
 }
 
-/** Fills the page with a problem; its button runs `retry`. */
+/** Fills the page with a problem; its button runs `retry`, and is not there where that is of no use. */
 export function showProblem(
   explanation: Explanation,
-  retry: () => void,
+  retry: (() => void) | undefined,
   links: readonly { label: string; href: string }[] = [],
 ): void {
   element("problem-title", HTMLHeadingElement).textContent = explanation.title;
@@ -184,9 +204,11 @@ export function showProblem(
     }),
   );
   const button = element("problem-retry", HTMLButtonElement);
-  button.onclick = retry;
+  button.hidden = retry === undefined;
+  button.onclick = retry ?? null;
   element("problem", HTMLDivElement).hidden = false;
   // Nothing behind it can be reached.
   for (const behind of [element("view", HTMLCanvasElement), element("page", HTMLDivElement)]) behind.inert = true;
-  button.focus();
+  if (retry) button.focus();
+  else element("problem-links", HTMLUListElement).querySelector("a")?.focus();
 }

@@ -1,7 +1,8 @@
 import { expect, it, vi } from "vitest";
 import { IncompleteIndexError } from "../core/objects.ts";
 import { FetchError } from "../core/transfer.ts";
-import { explain, ForbiddenTree, serverAt } from "./problem.ts";
+import { NoWebGlError } from "../three/stage.ts";
+import { explain, explainSilence, ForbiddenTree, NoSuchScene, serverAt } from "./problem.ts";
 import { Toast } from "./toast.ts";
 
 const HERE = serverAt(new URL("https://host/"), "https://host");
@@ -99,4 +100,33 @@ it("says of another server that it must let pages read it", () => {
   const elsewhere = serverAt(new URL("http://host:8080/"), "https://host");
   expect(explain(silent, elsewhere).text).toContain("Access-Control-Allow-Origin");
   expect(explain(silent, HERE).text).not.toContain("Access-Control-Allow-Origin");
+});
+
+it("says of what is cut or damaged on the way that the server answers, and what is missing is tried again", () => {
+  const broken = new FetchError("broken", "https://host/o/1.glb", "it broke off");
+  const { text } = explain(broken, HERE);
+  expect(text).toMatch(/answers.*damaged on the way.*missing.*again/);
+  expect(text).not.toMatch(/cannot be reached|connection/);
+  const { parts, toast } = shown();
+  toast.showProblem(broken, HERE, () => {});
+  toast.answered();
+  expect(parts.line.hidden, "it passes").toBe(true);
+  const silence = { url: "https://host/o/1.glb", attempt: 1, attempts: 4, waited_ms: 4000 };
+  expect(explainSilence({ ...silence, how: "broken" }, HERE)).toContain("damaged on the way");
+  expect(explainSilence({ ...silence, how: "quiet" }, HERE)).toContain("nothing came of something for 4 s");
+});
+
+it("says what names of scenes look like to who gives one that cannot be, and trying again is no use", () => {
+  const town = { scene: "town", title: "Town", bounds: { min: [0, 0, 0], max: [1, 1, 1] } } as const;
+  const { title, text } = explain(new NoSuchScene("../x", [town]), HERE);
+  expect(title).toContain("“../x” cannot be the name");
+  expect(text).toContain("a to z");
+  expect(text).not.toMatch(/[Tt]ry again|reload/);
+  expect(explain(new NoSuchScene("tower", [town]), HERE).title).toContain("There is no scene called “tower”");
+});
+
+it("says without WebGL what the error itself says, which whoever embeds a world is handed", () => {
+  const error = new NoWebGlError();
+  expect(explain(error, HERE).text).toBe(error.message);
+  expect(error.message).not.toContain("THREE");
 });

@@ -10,7 +10,17 @@ import { Explorer } from "../core/explorer.ts";
 import type { Footing } from "../core/footing.ts";
 import { FrameBudget } from "../core/framebudget.ts";
 import { FrameTimes } from "../core/frametimes.ts";
-import { add, diagonal_m, direction, distanceToBounds, length, scale, subtract, type Vec3 } from "../core/geometry.ts";
+import {
+  add,
+  type Bounds,
+  diagonal_m,
+  direction,
+  distanceToBounds,
+  length,
+  scale,
+  subtract,
+  type Vec3,
+} from "../core/geometry.ts";
 import { Motion } from "../core/motion.ts";
 import type { PlacedObject, Uses } from "../core/objects.ts";
 import { madeUp, overview } from "../core/overview.ts";
@@ -35,6 +45,8 @@ export interface VisitParts {
   readonly uses?: Uses;
   /** Whether a roof would be all that one sees from high up; not unless said. */
   readonly isRoofed?: boolean;
+  /** What belongs into a picture of all of it; all that there is unless said. */
+  readonly frame?: Bounds;
   /** Told of the pose every now and then while it changes, for the address of a page. */
   readonly posed?: (pose: Pose) => void;
   readonly problem: (error: unknown) => void;
@@ -194,10 +206,10 @@ export class Visit {
 
   /** Where one begins high up, if one does. */
   private high(): Pose | undefined {
-    const { scene, stage, isRoofed } = this.parts;
+    const { scene, stage, isRoofed, frame = scene.manifest.bounds } = this.parts;
     if (isRoofed) return undefined;
     const { width, height } = stage.size;
-    return overview(scene.manifest, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
+    return overview(scene.manifest, frame, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
   }
 
   /** Whether one has not flown away from where one has begun high up. */
