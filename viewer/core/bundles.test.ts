@@ -56,7 +56,12 @@ describe("a bundle", () => {
     const many = Array.from({ length: 100 }, (_, i) => member(99 - i));
     const fast = Number.POSITIVE_INFINITY;
     expect(together(many, fast)).toEqual(many.slice(0, 64));
-    expect(together(many.map((one) => ({ ...one, bytes: 10_000 })), fast).length).toBe(3);
+    expect(
+      together(
+        many.map((one) => ({ ...one, bytes: 10_000 })),
+        fast,
+      ).length,
+    ).toBe(3);
     const elsewhere = { ...member(1), url: member(1).url.replace("host", "other") };
     expect(together([member(2), elsewhere, member(0)], fast)).toEqual([member(2), member(0)]);
     const address = addressOf(inOrder([member(2), member(0)]));
