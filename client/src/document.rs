@@ -60,10 +60,20 @@ pub(crate) fn document<T: DeserializeOwned>(path: &str, bytes: &[u8]) -> Result<
     serde_json::from_slice(bytes).map_err(|cause| Error::Document {
         path: path.to_owned(),
         cause: match beginning(bytes) {
+            Some(beginning) if is_web_page(&beginning) => format!("{WEB_PAGE}; it begins with {beginning:?}"),
             Some(beginning) => format!("{cause}; it begins with {beginning:?}"),
             None => format!("{cause}; it has {} bytes", bytes.len()),
         },
     })
+}
+
+/// What a web page says of who answers.
+const WEB_PAGE: &str = "this address answers with a web page, so it is probably not the root of a published tree, or somebody on the way \
+                        answers for it";
+
+fn is_web_page(beginning: &str) -> bool {
+    let beginning = beginning.to_ascii_lowercase();
+    beginning.starts_with("<!doctype html") || beginning.starts_with("<html")
 }
 
 /// So much of a document is said back.

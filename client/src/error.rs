@@ -102,6 +102,11 @@ pub enum Error {
         /// What came instead.
         cause: String,
     },
+    /// The server answers a part with all of it: so what is not needed whole is not asked for.
+    #[error(
+        "a part of {0} was answered with all of it, so this server is asked for no more parts; levels take the place of smooth LODs"
+    )]
+    Whole(BlobName),
     /// A document is not of the published format.
     #[error("{path} is not what this client reads: {cause}")]
     Document {

@@ -1,22 +1,25 @@
 //! How does a request of the planner become bytes that can be believed? An object is verified against its name. Rungs come
 //! from their own addresses, or as ranges of their stream where a tree has no such addresses, and are compared with its
-//! hash when all have come. What does not come in a bundle as it should comes alone.
+//! hash when all have come. A server that answers a range with all of the stream has given all of its rungs, and is asked for no range of
+//! another: for what one rung costs there, levels are the better buy. What does not come in a bundle as it should comes alone.
 
 use std::{
     collections::{BTreeMap, HashMap},
+    ops::Range,
     sync::atomic::{AtomicBool, Ordering},
 };
 
 use belvedere_scene::{BlobHash, object::Model, rung::RungName};
 use bytes::Bytes;
+use tokio::sync::Mutex;
 
 use crate::{
-    Ask, ByteSource, Error, Scene,
+    Ask, ByteSource, Error, Part, Scene,
     document::as_promised,
-    source::unwatched,
+    source::{part_of, unwatched},
     strategy::{
         bundles,
-        file::{FileName, FileRef},
+        file::{FileName, FileRef, StreamRef},
         order::Order,
     },
 };
@@ -24,12 +27,24 @@ use crate::{
 /// How a tree was found to answer.
 #[derive(Debug, Default)]
 pub(crate) struct Manners {
-    /// Rungs have no addresses of their own.
-    ranges: AtomicBool,
-    /// A range was answered with something else.
-    ranges_refused: AtomicBool,
+    /// Whether rungs have no addresses of their own.
+    no_rungs: AtomicBool,
+    ranges: Mutex<Ranges>,
     /// A bundle was not what it should be.
     bundles_refused: AtomicBool,
+}
+
+/// How a server answers who asks for a range. As long as nobody knows, one asks at a time.
+#[derive(Debug, Default)]
+enum Ranges {
+    #[default]
+    Unknown,
+    /// With that.
+    Kept,
+    /// With all of the stream: this is the last that came so, for who wants another rung of it at the same time.
+    Ignored(BlobHash, Bytes),
+    /// With something else.
+    Refused,
 }
 
 impl Manners {
@@ -42,150 +57,283 @@ impl Manners {
 pub(crate) type WatchFiles<'a> = dyn FnMut(&FileRef, &[u8]) + Send + 'a;
 
 /// What came of an order.
+#[derive(Default)]
 pub(crate) struct Fetched {
     /// Each is here or has its own error.
     pub(crate) files: Vec<(FileRef, Result<Bytes, Error>)>,
-    /// Bytes that a line had to carry: none of what was kept.
+    /// After which share of the bundle each of them was here, if it came in one.
+    pub(crate) shares: Vec<Option<f64>>,
+    /// What came although nobody had asked for it: other rungs of a stream that came whole.
+    pub(crate) beside: Vec<(FileRef, Bytes)>,
+    /// Bytes that a line had to carry: none of what was kept …
     pub(crate) carried: u64,
+    /// … and how many of these could not be used.
+    pub(crate) failed: u64,
+    /// What there is to be said of the server.
+    pub(crate) notes: Vec<Error>,
 }
 
-/// Fetches all files of an order. `ends` says at which byte of its stream a rung ends. Of objects that come alone one can `watch` what
-/// is here, before it is verified.
+/// Fetches all files of an order. `streams` says what is known of the stream of a rung. Of objects that come alone, and of members of a
+/// bundle, one can `watch` what is here, before it is verified.
 pub(crate) async fn fetch<S: ByteSource>(
     scene: &Scene<S>,
     manners: &Manners,
     order: &Order,
-    ends: impl Fn(&RungName) -> Option<u64>,
+    streams: impl Fn(&RungName) -> Option<StreamRef>,
     watch: &mut WatchFiles<'_>,
 ) -> Fetched {
-    let mut files = Vec::with_capacity(order.files.len());
-    let (together, mut carried) = match &order.files[..] {
-        [_] => (vec![None], 0),
-        files => members(scene, manners, order, files).await,
+    let mut fetched = Fetched::default();
+    let together = match &order.files[..] {
+        [_] => vec![None],
+        files => members(scene, manners, order, files, &mut fetched, watch).await,
     };
     for (file, member) in order.files.iter().zip(together) {
-        let bytes = match member {
-            Some(bytes) => Ok(bytes),
-            None => alone(scene, manners, file, &ends, watch).await.map(|(bytes, came)| {
-                carried += came;
-                bytes
-            }),
+        let (bytes, share) = match member {
+            Some((bytes, share)) => (Ok(bytes), share),
+            None => {
+                let known = fetched.beside.iter().position(|(beside, _)| beside.name == file.name);
+                let came = match known {
+                    Some(at) => Ok(fetched.beside.swap_remove(at).1),
+                    None => alone(scene, manners, file, &streams, &mut fetched, watch).await,
+                };
+                (came, None)
+            }
         };
-        files.push((file.clone(), bytes));
+        fetched.files.push((file.clone(), bytes));
+        fetched.shares.push(share);
     }
-    Fetched { files, carried }
+    fetched
 }
 
-/// The files of a bundle that are kept already, and those of what is left of it that came as they should; what a line carried of these.
+/// A file that did not come alone, and after which share of its bundle it was here, if it came in one.
+type Member = Option<(Bytes, Option<f64>)>;
+
+/// The files of a bundle that are kept already, and those of what is left of it that came as they should.
 async fn members<S: ByteSource>(
     scene: &Scene<S>,
     manners: &Manners,
     order: &Order,
     files: &[FileRef],
-) -> (Vec<Option<Bytes>>, u64) {
+    fetched: &mut Fetched,
+    watch: &mut WatchFiles<'_>,
+) -> Vec<Member> {
     let mut found = Vec::with_capacity(files.len());
     for file in files {
         let kept = scene.source().kept(&file.name.path(), file.bytes).await;
-        found.push(kept.filter(|bytes| is_right(file, bytes)));
+        found.push(kept.filter(|bytes| is_right(file, bytes)).map(|bytes| (bytes, None)));
     }
     let away = files.iter().zip(&found).filter(|(_, kept)| kept.is_none());
     let rest = Order {
         files: away.map(|(file, _)| file.clone()).collect(),
         wish: order.wish,
     };
-    if rest.files.len() < 2 {
-        return (found, 0);
+    if rest.files.len() >= 2 {
+        let came = bundle(scene, manners, &rest, fetched, watch).await;
+        let missing = found.iter_mut().filter(|file| file.is_none());
+        missing.zip(came).for_each(|(file, came)| *file = came);
     }
-    let (came, carried) = bundle(scene, manners, &rest).await;
-    let missing = found.iter_mut().filter(|file| file.is_none());
-    missing.zip(came).for_each(|(file, came)| *file = came);
-    (found, carried)
+    found
 }
 
 /// Whether bytes are a file, as far as they tell by themselves.
-fn is_right(file: &FileRef, bytes: &Bytes) -> bool {
+pub(crate) fn is_right(file: &FileRef, bytes: &[u8]) -> bool {
     bytes.len() as u64 == file.bytes && file.name.may_be(bytes)
 }
 
-/// The members of a bundle, those that came as they should; what a line carried of it.
-async fn bundle<S: ByteSource>(scene: &Scene<S>, manners: &Manners, order: &Order) -> (Vec<Option<Bytes>>, u64) {
+/// The members of a bundle, those that came as they should; each can be seen as soon as it is here.
+async fn bundle<S: ByteSource>(
+    scene: &Scene<S>,
+    manners: &Manners,
+    order: &Order,
+    fetched: &mut Fetched,
+    watch: &mut WatchFiles<'_>,
+) -> Vec<Member> {
     let path = order.path();
-    let ask = Ask::of(&path).having(Some(bundles::bytes_of(&order.files)));
-    let answer = scene.source().get_watched(ask, &mut unwatched).await;
-    let count = order.files.len();
+    let (count, bytes) = (order.files.len(), bundles::bytes_of(&order.files));
+    let mut given = 0;
+    let mut look = |so_far: &[u8]| {
+        let places = bundles::places_of(so_far, count).unwrap_or_default();
+        for (file, place) in order.files.iter().zip(places).skip(given) {
+            let Some(member) = so_far.get(place) else { break };
+            given += 1;
+            if is_right(file, member) {
+                watch(file, member);
+            }
+        }
+    };
+    let ask = Ask::of(&path).having(Some(bytes));
+    let answer = scene.source().get_watched(ask, &mut look).await;
     let (members, carried) = match &answer {
         Ok((bytes, carried)) => (bundles::members_of(bytes, count), *carried),
         Err(_) => (None, 0),
     };
+    fetched.carried += carried;
     let passes = answer.as_ref().is_err_and(Error::is_transient);
     let Some(members) = members else {
         // What the server cannot answer so once, it is not asked so again.
         manners.bundles_refused.fetch_or(!passes, Ordering::Relaxed);
-        return (vec![None; count], carried);
+        fetched.failed += carried;
+        return vec![None; count];
     };
-    let mut right = Vec::with_capacity(count);
-    for (file, bytes) in order.files.iter().zip(members) {
-        let right_bytes = Some(bytes).filter(|bytes| is_right(file, bytes));
-        if let Some(bytes) = &right_bytes {
-            scene.source().keep(&file.name.path(), bytes).await;
+    let (mut right, mut to) = (Vec::with_capacity(count), bytes);
+    to -= order.files.iter().map(|file| file.bytes).sum::<u64>();
+    for (file, member) in order.files.iter().zip(members) {
+        to += member.len() as u64;
+        if is_right(file, &member) {
+            scene.source().keep(&file.name.path(), &member).await;
+            right.push(Some((member, Some((to as f64 / bytes as f64).min(1.0)))));
+        } else {
+            fetched.failed += (member.len() as u64).min(carried);
+            right.push(None);
         }
-        right.push(right_bytes);
     }
-    (right, carried)
+    right
 }
 
 async fn alone<S: ByteSource>(
     scene: &Scene<S>,
     manners: &Manners,
     file: &FileRef,
-    ends: impl Fn(&RungName) -> Option<u64>,
+    streams: impl Fn(&RungName) -> Option<StreamRef>,
+    fetched: &mut Fetched,
     watch: &mut WatchFiles<'_>,
-) -> Result<(Bytes, u64), Error> {
-    let (bytes, carried) = match &file.name {
+) -> Result<Bytes, Error> {
+    let before = fetched.carried;
+    let came = match &file.name {
         FileName::Object(name) => {
             let mut watch = |so_far: &[u8]| watch(file, so_far);
             let url = name.url();
             let ask = Ask::of(&url).having(Some(file.bytes));
             let (bytes, carried) = scene.source().get_watched(ask, &mut watch).await?;
-            (as_promised(name, bytes)?, carried)
+            fetched.carried += carried;
+            as_promised(name, bytes)
         }
-        FileName::Rung(rung) => rung_of(scene, manners, rung, file.bytes, ends(rung)).await?,
+        FileName::Rung(rung) => rung_of(scene, manners, rung, file.bytes, streams(rung), fetched).await,
     };
-    if bytes.len() as u64 == file.bytes {
-        return Ok((bytes, carried));
+    let right = came.and_then(|bytes| match bytes.len() as u64 {
+        found if found == file.bytes => Ok(bytes),
+        found => Err(Error::Length {
+            path: file.name.path(),
+            found,
+            expected: file.bytes,
+        }),
+    });
+    if right.is_err() {
+        fetched.failed += fetched.carried - before;
     }
-    Err(Error::Length {
-        path: file.name.path(),
-        found: bytes.len() as u64,
-        expected: file.bytes,
-    })
+    right
 }
 
-/// A rung from its own address, or so many bytes of its stream up to where it ends; and what a line carried of it.
+/// A rung from its own address, or as a part of its stream.
 async fn rung_of<S: ByteSource>(
     scene: &Scene<S>,
     manners: &Manners,
     rung: &RungName,
     bytes: u64,
-    end: Option<u64>,
-) -> Result<(Bytes, u64), Error> {
+    stream: Option<StreamRef>,
+    fetched: &mut Fetched,
+) -> Result<Bytes, Error> {
     let path = rung.to_string();
     let mut answer = Err(Error::Missing(path.clone()));
-    if !manners.ranges.load(Ordering::Relaxed) {
+    if !manners.no_rungs.load(Ordering::Relaxed) {
         let ask = Ask::of(&path).having(Some(bytes));
         answer = scene.source().get_watched(ask, &mut unwatched).await;
     }
-    if matches!(answer, Err(Error::Missing(_) | Error::Refused { .. }))
-        && !manners.ranges_refused.load(Ordering::Relaxed)
-        && let Some(to) = end
-    {
-        let range = to.saturating_sub(bytes)..to;
-        answer = scene.source().get_range(&rung.whole().url(), range).await;
-        manners.ranges.fetch_or(answer.is_ok(), Ordering::Relaxed);
-        let is_wrong = matches!(answer, Err(Error::Range { .. }));
-        manners.ranges_refused.fetch_or(is_wrong, Ordering::Relaxed);
+    match answer {
+        Ok((bytes, carried)) => {
+            fetched.carried += carried;
+            Ok(bytes)
+        }
+        Err(cause @ (Error::Missing(_) | Error::Refused { .. })) => {
+            let place = stream.as_ref().and_then(|stream| stream.place(rung.number));
+            match stream.zip(place) {
+                Some((stream, place)) => range_of(scene, manners, rung, place, &stream, fetched, cause).await,
+                None => Err(cause),
+            }
+        }
+        Err(cause) => Err(cause),
     }
-    answer
+}
+
+/// A rung as a part of its stream; with `absent` where no parts can be had.
+async fn range_of<S: ByteSource>(
+    scene: &Scene<S>,
+    manners: &Manners,
+    rung: &RungName,
+    place: Range<u64>,
+    stream: &StreamRef,
+    fetched: &mut Fetched,
+    absent: Error,
+) -> Result<Bytes, Error> {
+    let name = rung.whole();
+    let url = name.url();
+    let known = manners.ranges.lock().await;
+    let (mut held, mut ignores) = (None, false);
+    match &*known {
+        Ranges::Refused => return Err(absent),
+        Ranges::Kept => drop(known),
+        Ranges::Ignored(hash, whole) if *hash == rung.hash => return part_of(&url, whole, place),
+        Ranges::Ignored(..) if !stream.is_needed => return Err(Error::Whole(name)),
+        Ranges::Ignored(..) | Ranges::Unknown => {
+            ignores = matches!(&*known, Ranges::Ignored(..));
+            held = Some(known);
+        }
+    }
+    let ask = Ask::of(&url).having(stream.ends.last().copied());
+    let answer = match ignores {
+        false => scene.source().get_range(ask, place.clone()).await,
+        true => {
+            let whole = scene.source().get_watched(ask, &mut unwatched).await;
+            whole.map(|(whole, carried)| (Part::Whole(whole), carried))
+        }
+    };
+    let mut known = match held {
+        Some(known) => known,
+        None => manners.ranges.lock().await,
+    };
+    if let Err(Error::Range { .. }) = &answer {
+        *known = Ranges::Refused;
+    }
+    let (part, carried) = answer?;
+    fetched.carried += carried;
+    manners.no_rungs.store(true, Ordering::Relaxed);
+    match part {
+        Part::Asked(bytes) => {
+            *known = Ranges::Kept;
+            Ok(bytes)
+        }
+        Part::Whole(whole) => {
+            let whole = as_promised(&name, whole)?;
+            if !matches!(&*known, Ranges::Ignored(..)) {
+                fetched.notes.push(Error::Whole(name));
+            }
+            fetched.beside.extend(rungs_of(rung, stream, &whole));
+            *known = Ranges::Ignored(rung.hash, whole.clone());
+            part_of(&url, &whole, place).map(|bytes| Bytes::copy_from_slice(&bytes))
+        }
+    }
+}
+
+/// The other rungs of a stream that is here whole.
+fn rungs_of(rung: &RungName, stream: &StreamRef, whole: &Bytes) -> Vec<(FileRef, Bytes)> {
+    let others = (0..=u8::MAX)
+        .zip(&stream.ends)
+        .filter(|(number, _)| *number != rung.number);
+    let other = |number: u8| {
+        let place = stream.place(number)?;
+        let bytes = part_of("", whole, place).ok()?;
+        let name = FileName::Rung(RungName {
+            hash: rung.hash,
+            number,
+        });
+        let file = FileRef {
+            name,
+            bytes: bytes.len() as u64,
+        };
+        // A copy, so that what stays does not keep the others in memory.
+        Some((file, Bytes::copy_from_slice(&bytes)))
+    };
+    others.filter_map(|(number, _)| other(number)).collect()
 }
 
 /// Rungs that have come, until their streams are whole.

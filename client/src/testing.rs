@@ -11,11 +11,18 @@ use std::{
 use belvedere_scene::{
     BlobName, SceneName,
     object::{Level, Model, PackRef},
+    rung::SmoothLod,
 };
 use bytes::Bytes;
 use serde_json::json;
 
-use crate::{ByteSource, Client, Error, Scene, strategy::sight::Seen, strategy::tests::seen_at};
+use crate::{
+    ByteSource, Client, Error, Scene,
+    strategy::{
+        sight::Seen,
+        tests::{seen_at, smooth},
+    },
+};
 
 /// What a request ends with whose server is silent.
 pub(crate) fn silence(path: &str) -> Error {
@@ -211,4 +218,19 @@ pub(crate) fn packed(levels: &[&[u8]]) -> Packed {
         levels,
         seen,
     }
+}
+
+/// A smooth LOD with these rungs and materials, and the bytes of its stream.
+pub(crate) fn streamed(number: u8, ends: &[(u64, f64)], materials: &[u8]) -> (SmoothLod, Bytes) {
+    let bytes = ends.last().map_or(0, |(end, _)| *end) as usize;
+    let whole = Bytes::from(vec![number; bytes]);
+    let url = BlobName::of(&whole, "slod").expect("a name");
+    let mut smooth = smooth(u32::from(number), ends);
+    for rung in &mut smooth.rungs {
+        rung.url.hash = url.hash();
+    }
+    smooth.url = url;
+    smooth.materials = BlobName::of(materials, "gltf").expect("a name");
+    smooth.materials_bytes = materials.len() as u64;
+    (smooth, whole)
 }

@@ -12,7 +12,7 @@ use std::{
 };
 
 use belvedere_client::{
-    Ask, ByteSource, Client, Error, HttpSource, Retrying,
+    Ask, ByteSource, Client, Error, HttpSource, Part, Retrying, Toll,
     live::{LiveEvent, Participant, Session, SessionEvent, Stand},
 };
 use belvedere_scene::{BlobHash, BlobName, SceneName};
@@ -65,9 +65,9 @@ fn path() -> String {
 #[tokio::test]
 async fn a_server_that_ignores_ranges_is_believed_when_it_sends_all() {
     let (source, _) = server(vec![whole(CONTENT)]);
-    let (part, carried) = source.get_range(&path(), 2..5).await.unwrap();
-    assert_eq!((part, carried), (Bytes::from_static(b"234"), 10));
-    let beyond = source.get_range(&path(), 5..11).await.unwrap_err();
+    let (part, carried) = source.get_range(Ask::of(&path()), 2..5).await.unwrap();
+    assert_eq!((part, carried), (Part::Whole(Bytes::from_static(CONTENT)), 10));
+    let beyond = source.get_range(Ask::of(&path()), 5..11).await.unwrap_err();
     assert!(matches!(beyond, Error::Range { .. }), "{beyond}");
 }
 
@@ -86,14 +86,14 @@ async fn another_part_than_was_asked_for_is_not_believed() {
     ] {
         let (source, asked) = server(vec![wrong]);
         let source = Retrying::new(source);
-        let error = source.get_range(&path(), 2..5).await.unwrap_err();
+        let error = source.get_range(Ask::of(&path()), 2..5).await.unwrap_err();
         assert!(matches!(error, Error::Range { .. }), "{error}");
         assert_eq!(asked.load(Ordering::Relaxed), 1, "it does so again");
     }
     let (source, _) = server(vec![part("2-4", b"234")]);
     assert_eq!(
-        source.get_range(&path(), 2..5).await.unwrap().0,
-        Bytes::from_static(b"234")
+        source.get_range(Ask::of(&path()), 2..5).await.unwrap().0,
+        Part::Asked(Bytes::from_static(b"234"))
     );
 }
 
@@ -133,7 +133,10 @@ async fn an_answer_that_never_ends_is_not_taken() {
         let error = came.expect_err("it has no end");
         assert!(matches!(error, Error::TooLong { .. }), "{error}");
     }
-    let error = endless(part).get_range(&path(), 2..5).await.expect_err("it has no end");
+    let error = endless(part)
+        .get_range(Ask::of(&path()), 2..5)
+        .await
+        .expect_err("it has no end");
     assert!(matches!(error, Error::TooLong { .. }), "{error}");
 }
 
@@ -240,7 +243,8 @@ async fn a_pointer_that_cannot_be_read_is_asked_for_once_more_and_then_told_with
     for (came, told) in [
         (
             SIGN_IN,
-            "it begins with \"<!DOCTYPE html><title>Welcome to our hotel</title>\"",
+            "probably not the root of a published tree, or somebody on the way answers for it; \
+             it begins with \"<!DOCTYPE html><title>Welcome to our hotel</title>\"",
         ),
         (b"\x00\x01\xff".as_slice(), "it has 3 bytes"),
         (b"", "it has 0 bytes"),
@@ -255,6 +259,30 @@ async fn a_pointer_that_cannot_be_read_is_asked_for_once_more_and_then_told_with
         assert!(message.ends_with(told), "{message}");
         assert_eq!(asked.load(Ordering::Relaxed), 2);
     }
+}
+
+#[tokio::test]
+async fn all_that_a_line_carried_is_noted_whatever_became_of_it() {
+    let cut = answer("200 OK", "Content-Length: 10\r\n", &CONTENT[..6]);
+    let damaged = whole(b"0123456780");
+    let fields = "Content-Encoding: gzip\r\nContent-Length: 5\r\n";
+    let garbled = answer("200 OK", fields, &CONTENT[..5]);
+    for (vain, bytes) in [(cut.clone(), 6), (damaged.clone(), 10), (garbled, 5)] {
+        let (source, _) = server(vec![vain.clone(), whole(CONTENT)]);
+        let (toll, path) = (Toll::default(), path());
+        let ask = Ask::of(&path).noting(&toll);
+        let came = Retrying::new(source).get_watched(ask, &mut |_| {}).await;
+        assert_eq!(came.expect("the second try").1, 10);
+        assert_eq!(toll.bytes(), bytes + 10, "{}", String::from_utf8_lossy(&vain));
+    }
+    // Also where nothing comes of it in the end.
+    let (source, _) = server(vec![damaged]);
+    let (toll, path) = (Toll::default(), path());
+    let came = Retrying::new(source)
+        .get_watched(Ask::of(&path).noting(&toll), &mut |_| {})
+        .await;
+    assert!(matches!(came, Err(Error::Corrupt(_))));
+    assert_eq!(toll.bytes(), 20);
 }
 
 #[tokio::test]

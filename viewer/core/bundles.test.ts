@@ -54,12 +54,24 @@ describe("a bundle", () => {
 
   it("holds few and small things of one tree, in the order of their names", () => {
     const many = Array.from({ length: 100 }, (_, i) => member(99 - i));
-    expect(together(many)).toEqual(many.slice(0, 64));
-    expect(together(many.map((one) => ({ ...one, bytes: 10_000 }))).length).toBe(3);
+    const fast = Number.POSITIVE_INFINITY;
+    expect(together(many, fast)).toEqual(many.slice(0, 64));
+    expect(
+      together(
+        many.map((one) => ({ ...one, bytes: 10_000 })),
+        fast,
+      ).length,
+    ).toBe(3);
     const elsewhere = { ...member(1), url: member(1).url.replace("host", "other") };
-    expect(together([member(2), elsewhere, member(0)])).toEqual([member(2), member(0)]);
+    expect(together([member(2), elsewhere, member(0)], fast)).toEqual([member(2), member(0)]);
     const address = addressOf(inOrder([member(2), member(0)]));
     expect(address).toBe(`https://host/sub/o/bundle/${hash(0)}.glb+${hash(2)}.glb`);
+  });
+
+  it("takes no longer than half a second on a slow line, where it holds more than one", () => {
+    const many = Array.from({ length: 9 }, (_, i) => member(i, 8000 + i));
+    const counts = [Number.POSITIVE_INFINITY, 64_000, 33_000, 16_000, 1000].map((rate) => together(many, rate).length);
+    expect(counts).toEqual([4, 3, 2, 1, 1]);
   });
 
   it("holds objects and rungs only", () => {

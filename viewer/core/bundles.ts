@@ -9,8 +9,10 @@ import { compressed_bytes } from "./travel.ts";
 export const NAME_BYTES = 75;
 /** What is larger gains little and would hold up the others. */
 const MOST_MEMBER_BYTES = 16 * 1024;
-/** So much comes together, so that what turns out to be urgent on a slow line need not wait long. */
+/** So much comes together at most … */
 const MOST_BYTES = 32 * 1024;
+/** … and what the line brings in this time, so that what turns out to be urgent on a slow line need not wait long. */
+const MOST_S = 0.5;
 const MOST_MEMBERS = 64;
 const MAGIC = 0x4e425642;
 const VERSION = 1;
@@ -43,14 +45,15 @@ export function isSmall({ url, bytes }: Member, request_bytes: number): boolean 
   return /\/o\/[0-9a-f]{64}(\.r[0-9]{1,3})?\.[a-z0-9]{1,8}$/.test(url);
 }
 
-/** The first members that fit into one bundle, of small ones in the order in which they are wanted. */
-export function together<T extends Member>(members: Iterable<T>): T[] {
+/** The first members that fit into one bundle on a line of this speed, of small ones in the order in which they are wanted. */
+export function together<T extends Member>(members: Iterable<T>, bytes_per_s: number): T[] {
+  const most_bytes = Math.min(MOST_BYTES, Math.trunc(MOST_S * bytes_per_s));
   const taken: T[] = [];
   let [total, folder] = [0, ""];
   for (const member of members) {
     const { url, bytes = 0 } = member;
     folder ||= folderOf(url);
-    if (taken.length === MOST_MEMBERS || total + bytes > MOST_BYTES) break;
+    if (taken.length === MOST_MEMBERS || (taken.length > 0 && total + bytes > most_bytes)) break;
     if (folderOf(url) !== folder) continue;
     taken.push(member);
     total += bytes;

@@ -308,7 +308,8 @@ export class FetchQueue {
     if (!first) return [];
     if (full || !this.mayCome(first)) return [first];
     const purpose = purposeOf(first.priority);
-    return together(inLine.filter((one) => purposeOf(one.priority) === purpose && this.mayCome(one)));
+    const alike = inLine.filter((one) => purposeOf(one.priority) === purpose && this.mayCome(one));
+    return together(alike, this.meter.bytes_per_s);
   }
 
   /** How many that were silent before, or are, are being tried. */

@@ -1,4 +1,4 @@
-//! What has come of a pack that is still on its way? Each file in it as soon as its bytes are here and are what its own name promises,
+//! What has come of a pack or a bundle that is still on its way? Each file in it as soon as its bytes are here and are what its own name promises,
 //! whatever becomes of the rest.
 
 use bytes::Bytes;
@@ -7,13 +7,31 @@ use tokio::{
     task::{self, Id},
 };
 
-use crate::strategy::{file::Key, order::Member};
+use crate::strategy::{
+    file::{FileRef, Key},
+    order::Member,
+};
 
-/// Files that came out of a pack, and the task that fetches it.
+/// What has come of a request that is still on its way, and the task that carries it out.
 pub(super) struct Come {
     pub(super) task: Id,
-    pub(super) pack: Key,
-    pub(super) members: Vec<(Member, Bytes)>,
+    pub(super) what: Parts,
+}
+
+pub(super) enum Parts {
+    /// Files that came out of a pack.
+    Levels { pack: Key, members: Vec<(Member, Bytes)> },
+    /// One out of a bundle.
+    Member(FileRef, Bytes),
+}
+
+/// Tells of a file out of a bundle, by the task that fetches that.
+pub(super) fn tell_member(tell: &UnboundedSender<Come>, file: &FileRef, bytes: &[u8]) {
+    // A copy, so that what stays does not keep the others in memory. Nobody listens when the explorer is gone, and the task with it.
+    _ = tell.send(Come {
+        task: task::id(),
+        what: Parts::Member(file.clone(), Bytes::copy_from_slice(bytes)),
+    });
 }
 
 /// Takes the files out of a pack that somebody waits for.
@@ -56,8 +74,10 @@ impl Unpacking {
             // Nobody listens when the explorer is gone, and the task with it.
             _ = self.tell.send(Come {
                 task: task::id(),
-                pack: self.pack,
-                members,
+                what: Parts::Levels {
+                    pack: self.pack,
+                    members,
+                },
             });
         }
     }
@@ -68,7 +88,6 @@ mod tests {
     use tokio::sync::mpsc;
 
     use super::*;
-    use crate::strategy::file::FileRef;
 
     fn members(pack: &[&[u8]]) -> Vec<Member> {
         let mut from = 0;
@@ -99,7 +118,10 @@ mod tests {
         looks.await.expect("it looks");
         let mut came = Vec::new();
         while let Some(come) = told.recv().await {
-            came.push(come.members.into_iter().map(|(_, bytes)| bytes).collect::<Vec<_>>());
+            let Parts::Levels { members, .. } = come.what else {
+                panic!("it is no bundle")
+            };
+            came.push(members.into_iter().map(|(_, bytes)| bytes).collect::<Vec<_>>());
         }
         assert_eq!(came, [vec!["one"], vec!["two", "three"]]);
     }

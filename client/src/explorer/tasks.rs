@@ -2,20 +2,20 @@
 
 use std::collections::HashMap;
 
-use belvedere_scene::{CellId, Revision, index::CellEntry, rung::RungName};
+use belvedere_scene::{BlobHash, CellId, Revision, index::CellEntry, rung::RungName};
 use bytes::Bytes;
 use tokio::task::{AbortHandle, Id};
 
 use super::{
-    Explorer,
-    members::{Come, Unpacking},
+    Event, Explorer,
+    members::{Come, Parts, Unpacking, tell_member},
 };
 use crate::{
     ByteSource, Error,
     atlas::{self, Place, Uses},
     fetch::{self, Fetched},
     strategy::{
-        file::{FileName, FileRef, Key},
+        file::{FileName, FileRef, Key, StreamRef},
         order::Order,
     },
 };
@@ -104,21 +104,32 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 self.lose(cause, |losses| _ = losses.cells.insert(cell));
                 self.unfound.insert(cell);
             }
-            Brought::Files(Fetched { files, carried }) => {
+            Brought::Files(Fetched {
+                files,
+                beside,
+                carried,
+                notes,
+                ..
+            }) => {
                 // What was kept on disk, and what failed, says nothing of the line.
                 if let Some(one) = under_way.filter(|_| carried > 0) {
                     let came_s = self.started.elapsed().as_secs_f64();
                     self.meter.came(one.asked_s, came_s, carried as f64);
                 }
                 let mut lost_rules = false;
+                let is_bundle = files.len() > 1;
                 for (file, result) in files {
-                    if let Err(cause) = result.and_then(|bytes| self.keep(&file, bytes)) {
-                        let key = file.name.key();
-                        self.planner.residency.lose(key);
-                        self.lose(cause, |losses| _ = losses.files.insert(key));
-                        lost_rules |= file.is_rules();
+                    // What came out of a bundle is here already.
+                    if !(is_bundle && self.planner.is_here(file.name.key())) {
+                        lost_rules |= self.take_file(&file, result) && file.is_rules();
                     }
                 }
+                for (file, bytes) in beside {
+                    if self.planner.welcomes(&file) {
+                        self.take_file(&file, Ok(bytes));
+                    }
+                }
+                self.events.extend(notes.into_iter().map(Event::Problem));
                 if lost_rules {
                     self.without_rules();
                 }
@@ -131,15 +142,43 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.replan();
     }
 
-    /// Takes in what has come of packs so far, of those that are still wanted.
+    /// Takes in a file, or that it cannot be had; answers whether it is lost.
+    fn take_file(&mut self, file: &FileRef, result: Result<Bytes, Error>) -> bool {
+        let Err(cause) = result.and_then(|bytes| self.keep(file, bytes)) else {
+            return false;
+        };
+        let key = file.name.key();
+        self.planner.residency.lose(key);
+        match (&cause, &file.name) {
+            // That was said when it was found out.
+            (Error::Whole(_), FileName::Rung(rung)) => {
+                if let Some(model) = self.planner.model_of_stream(rung.hash).cloned() {
+                    self.planner.lose_stream(&model);
+                }
+            }
+            _ => self.lose(cause, |losses| _ = losses.files.insert(key)),
+        }
+        true
+    }
+
+    /// Takes in what has come of packs and bundles so far, of those that are still wanted.
     pub(super) fn take_members(&mut self, come: Come) {
         let Some(one) = self.under_way.get_mut(&come.task) else {
             return;
         };
-        for (member, bytes) in come.members {
-            one.came_to = one.came_to.max(member.to());
-            if self.planner.arrive_out_of(come.pack, &member) {
-                self.files.insert(member.key, bytes);
+        match come.what {
+            Parts::Levels { pack, members } => {
+                for (member, bytes) in members {
+                    one.came_to = one.came_to.max(member.to());
+                    if self.planner.arrive_out_of(pack, &member) {
+                        self.files.insert(member.key, bytes);
+                    }
+                }
+            }
+            Parts::Member(file, bytes) => {
+                if !self.planner.is_here(file.name.key()) {
+                    self.take_file(&file, Ok(bytes));
+                }
             }
         }
         let changes = self.planner.settle();
@@ -207,11 +246,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
             FileName::Rung(rung) => Some(rung),
             FileName::Object(_) => None,
         });
-        let end = |rung: &RungName| {
-            let smooth = self.planner.model_of_stream(rung.hash)?.smooth.as_ref()?;
-            smooth.rungs.get(usize::from(rung.number)).map(|rung| rung.to)
-        };
-        let ends: HashMap<RungName, u64> = rungs.filter_map(|rung| Some((*rung, end(rung)?))).collect();
+        let streams: HashMap<BlobHash, StreamRef> = rungs
+            .filter_map(|rung| Some((rung.hash, self.planner.stream_of(rung)?)))
+            .collect();
         let packs = order.files.iter().map(|file| file.name.key());
         let waiting = packs.map(|pack| (pack, self.planner.members_of(pack)));
         let mut unpacking: HashMap<Key, Unpacking> = waiting
@@ -219,14 +256,17 @@ impl<S: ByteSource + 'static> Explorer<S> {
             .map(|(pack, members)| (pack, Unpacking::of(pack, members, self.tell.clone())))
             .collect();
         let (scene, manners, asked) = (self.scene.clone(), self.manners.clone(), order.clone());
+        let (tell, is_bundle) = (self.tell.clone(), order.files.len() > 1);
         let abort = self.tasks.spawn(async move {
             let mut watch = |file: &FileRef, so_far: &[u8]| {
                 if let Some(unpacking) = unpacking.get_mut(&file.name.key()) {
                     unpacking.look(so_far);
+                } else if is_bundle && fetch::is_right(file, so_far) {
+                    tell_member(&tell, file, so_far);
                 }
             };
-            let ends = |rung: &RungName| ends.get(rung).copied();
-            let fetched = fetch::fetch(&scene, &manners, &asked, ends, &mut watch).await;
+            let streams = |rung: &RungName| streams.get(&rung.hash).cloned();
+            let fetched = fetch::fetch(&scene, &manners, &asked, streams, &mut watch).await;
             Brought::Files(fetched)
         });
         let one = UnderWay {

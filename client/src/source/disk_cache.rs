@@ -6,7 +6,7 @@ use std::{ops::Range, path::PathBuf, sync::Arc};
 use belvedere_scene::BlobName;
 use bytes::Bytes;
 
-use super::{Ask, ByteSource, Watch, label::Label, shelf::Shelf, unwatched};
+use super::{Ask, ByteSource, Part, Watch, label::Label, part_of, shelf::Shelf, unwatched};
 use crate::Error;
 
 /// A source in front of which what was fetched is kept in a folder. What was used longest ago makes room for what is new. An object
@@ -85,9 +85,10 @@ impl<S: ByteSource> ByteSource for DiskCache<S> {
     }
 
     /// A part of what is in the folder, alone or whole, or of what the source has.
-    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
+    async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
+        let path = ask.path;
         let Ok(name) = BlobName::from_url(path) else {
-            return self.source.get_range(path, range).await;
+            return self.source.get_range(ask, range).await;
         };
         let part = Label::Part(name.clone(), range.clone());
         let (asked, expected) = (part.clone(), range.end.checked_sub(range.start));
@@ -96,17 +97,20 @@ impl<S: ByteSource> ByteSource for DiskCache<S> {
             .await
             .flatten()
         {
-            return Ok((bytes, 0));
+            return Ok((Part::Asked(bytes), 0));
         }
         let whole = Label::Whole(name);
-        if let Some(whole) = self.with_shelf(move |shelf| shelf.take(&whole, None)).await.flatten() {
-            return Ok((super::part_of(path, &whole, range)?, 0));
+        let asked = whole.clone();
+        if let Some(whole) = self.with_shelf(move |shelf| shelf.take(&asked, None)).await.flatten() {
+            return Ok((Part::Asked(part_of(path, &whole, range)?), 0));
         }
-        let (bytes, carried) = self.source.get_range(path, range).await?;
-        if expected == Some(bytes.len() as u64) {
-            self.put(part, &bytes).await;
+        let (answer, carried) = self.source.get_range(ask, range).await?;
+        match &answer {
+            Part::Whole(bytes) => self.put(whole, bytes).await,
+            Part::Asked(bytes) if expected == Some(bytes.len() as u64) => self.put(part, bytes).await,
+            Part::Asked(_) => {}
         }
-        Ok((bytes, carried))
+        Ok((answer, carried))
     }
 
     fn offers_bundles(&self) -> bool {
@@ -225,6 +229,12 @@ mod tests {
             self.1.fetch_add(1, Ordering::Relaxed);
             Ok(Bytes::from_static(self.0))
         }
+
+        async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
+            let part = part_of(ask.path, &self.get(ask.path).await?, range)?;
+            let carried = part.len() as u64;
+            Ok((Part::Asked(part), carried))
+        }
     }
 
     fn echo(folder: &tempfile::TempDir, most_bytes: u64, bytes: &'static [u8]) -> DiskCache<Echo> {
@@ -262,8 +272,8 @@ mod tests {
             let cache = echo(&folder, 1000, STREAM);
             for _ in 0..2 {
                 assert_eq!(cache.rung(1, Some(10)).await, STREAM);
-                let (part, _) = cache.get_range(&url, 2..5).await.unwrap();
-                assert_eq!(part, STREAM[2..5]);
+                let (part, _) = cache.get_range(Ask::of(&url), 2..5).await.unwrap();
+                assert_eq!(part, Part::Asked(Bytes::from_static(&STREAM[2..5])));
                 assert_eq!(cache.kept(&rung(1), 10).await.as_deref(), Some(STREAM));
             }
             assert_eq!((cache.requests(), cache.bytes()), (fetched, 32 + 10 + 32 + 3));
@@ -305,7 +315,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = echo(&folder, 1000, STREAM);
         cache.rung(0, Some(10)).await;
-        cache.get_range(&stream().url(), 2..5).await.unwrap();
+        cache.get_range(Ask::of(&stream().url()), 2..5).await.unwrap();
         cache.keep(&path(1), &content(1).into()).await;
         cache.forget_parts(&BlobName::of(b"another", "slod").unwrap());
         assert_eq!(cache.bytes(), 100 + 42 + 35);

@@ -1,10 +1,10 @@
 //! What would a web server in front of a folder send?
 
-use std::path::PathBuf;
+use std::{ops::Range, path::PathBuf};
 
 use bytes::Bytes;
 
-use super::ByteSource;
+use super::{Ask, ByteSource, Part, part_of};
 use crate::Error;
 
 /// A folder that `belvedere publish` wrote.
@@ -43,5 +43,11 @@ impl ByteSource for FolderSource {
         let packed = tokio::fs::metadata(self.root.join(format!("{}.gz", path.trim_start_matches('/')))).await;
         let carried = packed.map_or(bytes.len() as u64, |packed| packed.len());
         Ok((bytes, carried))
+    }
+
+    async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
+        let part = part_of(ask.path, &self.get(ask.path).await?, range)?;
+        let carried = part.len() as u64;
+        Ok((Part::Asked(part), carried))
     }
 }

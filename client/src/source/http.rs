@@ -9,13 +9,14 @@ use std::{
     time::Duration,
 };
 
+use belvedere_scene::BlobName;
 use bytes::Bytes;
 use reqwest::{
     Method, RequestBuilder, Response, StatusCode,
     header::{ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_RANGE, LINK, RANGE, RETRY_AFTER},
 };
 
-use super::{Ask, ByteSource, Watch, incoming::Incoming, part_of, unwatched};
+use super::{Ask, ByteSource, Part, Watch, incoming::Incoming, unwatched};
 use crate::Error;
 
 /// Answers that say that the request is wrong now, and not for ever.
@@ -159,8 +160,9 @@ impl ByteSource for HttpSource {
         self.whole(ask, watch).await
     }
 
-    /// A server that knows no ranges answers with all of it, and one that answers with another part is not believed.
-    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
+    /// A server that knows no ranges answers with all of it, which is believed where it is that, and one that answers with another part is not believed.
+    async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
+        let path = ask.path;
         let (from, last) = (range.start, range.end.saturating_sub(1));
         // A range of what is compressed would be one of other bytes.
         let request = self
@@ -173,12 +175,12 @@ impl ByteSource for HttpSource {
             cause,
         };
         if answer.status() != StatusCode::PARTIAL_CONTENT {
-            let (whole, carried) = read(Ask::of(path), answer, &mut unwatched).await?;
-            let found = whole.len();
-            let part = part_of(path, &whole, range);
-            return match part {
-                Ok(part) => Ok((part, carried)),
-                Err(_) => Err(wrong(format!("with {found} bytes as if that were all of it"))),
+            let (whole, carried) = read(ask, answer, &mut unwatched).await?;
+            let found = whole.len() as u64;
+            let is_whole = BlobName::from_url(path).map_or(true, |name| name.is_of(&whole));
+            return match is_whole && range.end <= found {
+                true => Ok((Part::Whole(whole), carried)),
+                false => Err(wrong(format!("with {found} bytes as if that were all of it"))),
             };
         }
         let told = answer.headers().get(CONTENT_RANGE).and_then(|told| told.to_str().ok());
@@ -186,9 +188,9 @@ impl ByteSource for HttpSource {
             return Err(wrong(format!("with {}", told.unwrap_or("a part that has no place"))));
         }
         let expected = range.end - range.start;
-        let (bytes, carried) = read(Ask::of(path).having(Some(expected)), answer, &mut unwatched).await?;
+        let (bytes, carried) = read(ask.having(Some(expected)), answer, &mut unwatched).await?;
         match bytes.len() as u64 == expected {
-            true => Ok((bytes, carried)),
+            true => Ok((Part::Asked(bytes), carried)),
             false => Err(wrong(format!("with {} bytes of these", bytes.len()))),
         }
     }

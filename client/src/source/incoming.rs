@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use bytes::Bytes;
 use flate2::write::GzDecoder;
 
-use super::Ask;
+use super::{Ask, Toll};
 use crate::Error;
 
 /// No document is larger than this once it is unpacked.
@@ -23,8 +23,10 @@ pub(super) struct Incoming<'a> {
     /// It may have so many bytes, and take so many on the line.
     most_bytes: u64,
     most_carried: u64,
-    /// What the line has carried of it.
+    /// What the line has carried of it …
     pub(super) carried: u64,
+    /// … which somebody may keep count of, whatever becomes of it.
+    toll: Option<&'a Toll>,
 }
 
 enum Body {
@@ -48,6 +50,7 @@ impl<'a> Incoming<'a> {
             most_bytes,
             most_carried,
             carried: 0,
+            toll: ask.toll,
         }
     }
 
@@ -58,6 +61,9 @@ impl<'a> Incoming<'a> {
 
     pub(super) fn push(&mut self, piece: &[u8]) -> Result<(), Error> {
         self.carried += piece.len() as u64;
+        if let Some(toll) = self.toll {
+            toll.note(piece.len() as u64);
+        }
         self.bound(self.carried, self.most_carried)?;
         let mut left = piece;
         while !left.is_empty() {

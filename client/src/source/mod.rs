@@ -1,7 +1,12 @@
 //! Where do bytes come from? A server, a CDN, or a folder; through a cache on disk, and asked for again when that may help.
 //! Sources go into each other: `DiskCache::open(folder, bytes, Retrying::new(HttpSource::new(address)?))`.
 
-use std::{future::Future, ops::Range};
+use std::{
+    future::Future,
+    ops::Range,
+    sync::atomic::{AtomicU64, Ordering},
+    time::Duration,
+};
 
 mod disk_cache;
 mod folder;
@@ -10,13 +15,16 @@ mod incoming;
 mod label;
 mod patience;
 mod progress;
+mod pulse;
 mod retrying;
 mod shelf;
+mod turns;
 
 pub use disk_cache::DiskCache;
 pub use folder::FolderSource;
 pub use http::HttpSource;
 pub(crate) use http::{failed, succeeded};
+pub use pulse::{Lateness, Pulse};
 pub use retrying::Retrying;
 pub(crate) use retrying::about;
 
@@ -25,8 +33,39 @@ use bytes::Bytes;
 
 use crate::Error;
 
-/// What is asked for: all that is at a path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What a line has carried for a request, whatever became of it: of tries that failed and of answers that were given up as well.
+#[derive(Debug, Default)]
+pub struct Toll {
+    bytes: AtomicU64,
+    queued_us: AtomicU64,
+}
+
+impl Toll {
+    /// So many bytes more have come.
+    pub fn note(&self, bytes: u64) {
+        self.bytes.fetch_add(bytes, Ordering::Relaxed);
+    }
+
+    /// How many bytes have come so far.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.bytes.load(Ordering::Relaxed)
+    }
+
+    /// It waited so long for its turn, before it was asked.
+    pub(crate) fn waits(&self, queued: Duration) {
+        let queued_us = u64::try_from(queued.as_micros()).unwrap_or(u64::MAX);
+        self.queued_us.fetch_add(queued_us, Ordering::Relaxed);
+    }
+
+    /// For how long nobody had been asked.
+    pub(crate) fn queued(&self) -> Duration {
+        Duration::from_micros(self.queued_us.load(Ordering::Relaxed))
+    }
+}
+
+/// What is asked for: what is at a path.
+#[derive(Debug, Clone, Copy)]
 pub struct Ask<'a> {
     /// It starts with `/`.
     pub path: &'a str,
@@ -34,6 +73,8 @@ pub struct Ask<'a> {
     pub bytes: Option<u64>,
     /// Whether it is to come from where it is published, past whatever keeps copies on the way, as far as that can be asked for.
     pub fresh: bool,
+    /// Where what comes is noted as it comes, if anybody keeps count.
+    pub toll: Option<&'a Toll>,
 }
 
 impl<'a> Ask<'a> {
@@ -44,6 +85,7 @@ impl<'a> Ask<'a> {
             path,
             bytes: None,
             fresh: false,
+            toll: None,
         }
     }
 
@@ -58,6 +100,24 @@ impl<'a> Ask<'a> {
     pub fn fresh(self) -> Self {
         Self { fresh: true, ..self }
     }
+
+    /// The same for who keeps count.
+    #[must_use]
+    pub fn noting(self, toll: &'a Toll) -> Self {
+        Self {
+            toll: Some(toll),
+            ..self
+        }
+    }
+}
+
+/// What is answered to who asks for a part.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Part {
+    /// That.
+    Asked(Bytes),
+    /// All of what it is a part of, as who knows no ranges answers.
+    Whole(Bytes),
 }
 
 /// Who looks at something while it comes: told again and again of all bytes of it that are here, from its beginning. Where it has to
@@ -94,11 +154,11 @@ pub trait ByteSource: Send + Sync {
         }
     }
 
-    /// A part of what is at a path, and what a line had to carry of it. Who cannot answer ranges answers out of the whole.
-    fn get_range(&self, path: &str, range: Range<u64>) -> impl Future<Output = Result<(Bytes, u64), Error>> + Send {
+    /// A part of what is at a path, and what a line had to carry. Who cannot answer ranges answers with the whole.
+    fn get_range(&self, ask: Ask<'_>, _range: Range<u64>) -> impl Future<Output = Result<(Part, u64), Error>> + Send {
         async move {
-            let (whole, carried) = self.get_carried(path).await?;
-            Ok((part_of(path, &whole, range)?, carried))
+            let (whole, carried) = self.get_watched(ask, &mut unwatched).await?;
+            Ok((Part::Whole(whole), carried))
         }
     }
 
@@ -122,7 +182,7 @@ pub trait ByteSource: Send + Sync {
 }
 
 /// A part of bytes that are here whole.
-fn part_of(path: &str, whole: &Bytes, range: Range<u64>) -> Result<Bytes, Error> {
+pub(crate) fn part_of(path: &str, whole: &Bytes, range: Range<u64>) -> Result<Bytes, Error> {
     let wrong = || Error::Length {
         path: path.to_owned(),
         found: whole.len() as u64,

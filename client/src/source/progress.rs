@@ -9,7 +9,9 @@ use std::{
     time::Duration,
 };
 
-use tokio::time::{Instant, timeout_at};
+use tokio::time::{Instant, timeout};
+
+use super::pulse::{BEAT, Pulse};
 
 /// An answer that brings fewer bytes a second, beyond the time that it has to begin in, does not come.
 const LEAST_BYTES_PER_S: f64 = 1000.0;
@@ -47,18 +49,31 @@ impl Progress {
         self.begun.get().copied().unwrap_or_else(|| self.asked.elapsed())
     }
 
-    /// An answer, unless it does not begin within a time, or trickles. One that is seen only when all of its bytes are here has the time
-    /// for so many of them as well.
-    pub(super) async fn wait<T>(&self, grace: Duration, unseen: u64, answer: impl Future<Output = T>) -> Option<T> {
+    /// An answer, unless it does not begin within a time, or trickles; and how long it was waited for, as [`Pulse`] counts. One that is
+    /// seen only when all of its bytes are here has the time for so many of them as well.
+    pub(super) async fn wait<T>(
+        &self,
+        grace: Duration,
+        unseen: u64,
+        pulse: &Pulse,
+        answer: impl Future<Output = T>,
+    ) -> (Option<T>, Duration) {
         let mut answer = pin!(answer);
+        let mut waited = Duration::ZERO;
         loop {
             let bytes = self.bytes();
             let earned = Duration::from_secs_f64((bytes + unseen) as f64 / LEAST_BYTES_PER_S);
-            if let Ok(answer) = timeout_at(self.asked + grace + earned, &mut answer).await {
-                return Some(answer);
+            while waited < grace + earned {
+                let beat = BEAT.min(grace + earned - waited);
+                let begun = Instant::now();
+                if let Ok(answer) = timeout(beat, &mut answer).await {
+                    return (Some(answer), waited + begun.elapsed().min(beat));
+                }
+                pulse.note(beat, begun.elapsed());
+                waited += beat;
             }
             if self.bytes() <= bytes {
-                return None;
+                return (None, waited);
             }
         }
     }
@@ -79,7 +94,9 @@ mod tests {
                 progress.note(second * bytes_per_s);
             }
         };
-        let came = progress.wait(Duration::from_secs(5), 0, comes).await;
+        let pulse = Pulse::default();
+        let (came, waited) = progress.wait(Duration::from_secs(5), 0, &pulse, comes).await;
+        assert_eq!(waited, progress.asked.elapsed());
         (came.is_some(), progress.asked.elapsed().as_secs())
     }
 
@@ -89,5 +106,20 @@ mod tests {
         assert_eq!(answer(100, 100).await, (false, 5));
         assert_eq!(answer(500, 100).await, (false, 9));
         assert_eq!(answer(0, 100).await, (false, 5));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_machine_that_had_no_time_to_listen_does_not_count_that_as_silence() {
+        let pulse = Pulse::default();
+        let progress = Progress::new();
+        let comes = async {
+            // Nobody is woken for a minute, then the answer takes as long as it may.
+            tokio::task::yield_now().await;
+            tokio::time::advance(Duration::from_mins(1)).await;
+            sleep(Duration::from_secs(4)).await;
+        };
+        let (came, waited) = progress.wait(Duration::from_secs(5), 0, &pulse, comes).await;
+        assert!(came.is_some() && waited < Duration::from_secs(5), "{waited:?}");
+        assert!(pulse.lateness().is_much(), "{:?}", pulse.lateness());
     }
 }

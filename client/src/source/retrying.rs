@@ -14,9 +14,16 @@ use std::{
 
 use belvedere_scene::BlobName;
 use bytes::Bytes;
-use tokio::time::{Instant, sleep};
+use tokio::time::sleep;
 
-use super::{Ask, ByteSource, Watch, patience::Patience, progress::Progress, unwatched};
+use super::{
+    Ask, ByteSource, Part, Watch,
+    patience::Patience,
+    progress::Progress,
+    pulse::Pulse,
+    turns::{Turn, Turns},
+    unwatched,
+};
 use crate::{Error, document::as_promised};
 
 /// Tries of one request, the first included.
@@ -34,6 +41,8 @@ pub struct Retrying<S> {
     patience: Patience,
     /// Files that could not be had when they were last asked for.
     lost: Arc<Mutex<HashSet<String>>>,
+    turns: Arc<Turns>,
+    pulse: Arc<Pulse>,
 }
 
 impl<S: Clone> Clone for Retrying<S> {
@@ -42,6 +51,8 @@ impl<S: Clone> Clone for Retrying<S> {
             source: self.source.clone(),
             patience: Patience::default(),
             lost: self.lost.clone(),
+            turns: self.turns.clone(),
+            pulse: self.pulse.clone(),
         }
     }
 }
@@ -54,7 +65,24 @@ impl<S> Retrying<S> {
             source,
             patience: Patience::default(),
             lost: Arc::default(),
+            turns: Arc::default(),
+            pulse: Arc::default(),
         }
+    }
+
+    /// Of all clones together at most so many requests are under way at once. What waits for its turn costs no patience.
+    #[must_use]
+    pub fn at_most(self, requests: usize) -> Self {
+        Self {
+            turns: Arc::new(Turns::at_most(requests)),
+            ..self
+        }
+    }
+
+    /// How late this machine came to its waits, of all clones together.
+    #[must_use]
+    pub fn pulse(&self) -> Arc<Pulse> {
+        self.pulse.clone()
     }
 
     fn request<'a>(&'a self, path: &'a str) -> Request<'a, S> {
@@ -62,7 +90,7 @@ impl<S> Retrying<S> {
             was_lost: self.lost().contains(path),
             source: self,
             path,
-            asked: Instant::now(),
+            spent: Duration::ZERO,
             tries: 0,
             begins: Duration::ZERO,
         }
@@ -79,7 +107,8 @@ struct Request<'a, S> {
     path: &'a str,
     /// Whether it could not be had before.
     was_lost: bool,
-    asked: Instant,
+    /// How long was waited for answers and between tries.
+    spent: Duration,
     tries: u32,
     /// How long it took until the last answer began.
     begins: Duration,
@@ -89,6 +118,7 @@ impl<S> Request<'_, S> {
     /// One try: its answer, or that it does not come. As [`Progress::wait`] has it, so many bytes of it are not seen.
     async fn hear<T>(
         &mut self,
+        turn: Turn,
         progress: &Progress,
         unseen: u64,
         answer: impl Future<Output = Result<T, Error>>,
@@ -102,19 +132,20 @@ impl<S> Request<'_, S> {
         if !patience.takes_turn() {
             return Err(fails("nothing has been answered for long".to_owned()));
         }
-        let spent = self.asked.elapsed();
         let grace = match self.was_lost {
             true => patience.usual(),
-            false => patience.grace(spent),
+            false => patience.grace(self.spent),
         };
-        let answer = progress.wait(grace, unseen, answer).await;
+        let answer = progress.wait(grace, unseen, &self.source.pulse, answer);
+        let (answer, waited) = self.source.turns.during(turn, answer).await;
+        self.spent += waited;
         self.begins = progress.begins();
         if let Some(Err(Error::Missing(_) | Error::Refused { .. } | Error::Busy { .. } | Error::Range { .. })) = &answer
         {
             patience.hears();
         }
         answer.unwrap_or_else(|| {
-            let (bytes, waited) = (progress.bytes(), self.asked.elapsed() - spent);
+            let bytes = progress.bytes();
             if bytes == 0 && unseen == 0 {
                 patience.hears_nothing(waited);
             }
@@ -128,15 +159,15 @@ impl<S> Request<'_, S> {
     }
 
     /// Waits before it is tried once more; answers whether it is worth that.
-    async fn rest(&self, cause: &Error) -> bool {
+    async fn rest(&mut self, cause: &Error) -> bool {
         let mut pause = wait(self.path, self.tries);
         if let Error::Busy { after, .. } = cause {
             pause = pause.max(*after);
         }
         let patience = &self.source.patience;
-        let is_worth =
-            cause.passes() && self.may_try() && patience.hopes() && patience.bears(pause, self.asked.elapsed());
+        let is_worth = cause.passes() && self.may_try() && patience.hopes() && patience.bears(pause, self.spent);
         if is_worth {
+            self.spent += pause;
             sleep(pause).await;
         }
         is_worth
@@ -150,7 +181,7 @@ impl<S> Request<'_, S> {
                 self.source.lost().remove(self.path);
             }
             Err(cause) if cause.is_transient() => {
-                self.source.patience.spend(self.asked.elapsed());
+                self.source.patience.spend(self.spent);
                 self.source.lost().insert(self.path.to_owned());
             }
             Err(_) => {}
@@ -167,13 +198,14 @@ impl<S: ByteSource> Retrying<S> {
         ask: Ask<'_>,
         watch: &mut Watch<'_>,
     ) -> Result<(Bytes, u64), Error> {
+        let turn = self.turns.take(ask.toll).await;
         let progress = Progress::new();
         let mut watch = |so_far: &[u8]| {
             progress.note(so_far.len());
             watch(so_far);
         };
         let answer = self.source.get_watched(ask, &mut watch);
-        let (bytes, carried) = request.hear(&progress, 0, answer).await?;
+        let (bytes, carried) = request.hear(turn, &progress, 0, answer).await?;
         match BlobName::from_url(ask.path) {
             Ok(name) => Ok((as_promised(&name, bytes)?, carried)),
             // Other paths promise nothing.
@@ -203,12 +235,14 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
         }
     }
 
-    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
-        let mut request = self.request(path);
+    async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
+        let mut request = self.request(ask.path);
+        // Who knows no ranges sends all of the file, which is as long as this at least.
+        let unseen = ask.bytes.unwrap_or(range.end);
         loop {
-            let answer = self.source.get_range(path, range.clone());
-            // Who knows no ranges sends all of the file, which is as long as this at least.
-            match request.hear(&Progress::new(), range.end, answer).await {
+            let turn = self.turns.take(ask.toll).await;
+            let answer = self.source.get_range(ask, range.clone());
+            match request.hear(turn, &Progress::new(), unseen, answer).await {
                 Err(cause) if request.rest(&cause).await => {}
                 answer => return request.end(answer),
             }
@@ -245,224 +279,4 @@ pub(crate) fn about(mean: Duration, what: impl Hash) -> Duration {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::sync::atomic::{AtomicU32, Ordering};
-
-    use super::*;
-    use crate::testing::silence;
-
-    /// Fails so many times, each in its own way, then answers.
-    struct Shaky {
-        failures: u32,
-        asked: AtomicU32,
-        asked_fresh: AtomicU32,
-        failure: fn(&str) -> Result<Bytes, Error>,
-    }
-
-    impl ByteSource for Shaky {
-        async fn get(&self, path: &str) -> Result<Bytes, Error> {
-            if self.asked.fetch_add(1, Ordering::Relaxed) < self.failures {
-                (self.failure)(path)
-            } else {
-                Ok(Bytes::from_static(b"right"))
-            }
-        }
-
-        async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
-            self.asked_fresh.fetch_add(u32::from(ask.fresh), Ordering::Relaxed);
-            let bytes = self.get(ask.path).await?;
-            watch(&bytes);
-            Ok((bytes, 5))
-        }
-    }
-
-    fn shaky(failures: u32, failure: fn(&str) -> Result<Bytes, Error>) -> Retrying<Shaky> {
-        Retrying::new(Shaky {
-            failures,
-            asked: AtomicU32::new(0),
-            asked_fresh: AtomicU32::new(0),
-            failure,
-        })
-    }
-
-    fn away(path: &str) -> Result<Bytes, Error> {
-        Err(silence(path))
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn what_may_pass_is_asked_again() {
-        let name = BlobName::of(b"right", "cell").unwrap().url();
-        let source = shaky(TRIES - 1, away);
-        assert_eq!(source.get(&name).await.unwrap(), Bytes::from_static(b"right"));
-        let source = shaky(TRIES, away);
-        assert!(source.get(&name).await.unwrap_err().is_transient());
-        assert_eq!(source.source.asked.load(Ordering::Relaxed), TRIES);
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn what_came_damaged_is_asked_for_once_more_past_all_caches() {
-        let name = BlobName::of(b"right", "cell").unwrap().url();
-        let damaged = |_: &str| Ok(Bytes::from_static(b"wrong"));
-        let begun = tokio::time::Instant::now();
-        for (failures, comes) in [(1, true), (2, false)] {
-            let source = shaky(failures, damaged);
-            assert_eq!(source.get(&name).await.is_ok(), comes);
-            let asked = [&source.source.asked, &source.source.asked_fresh].map(|asked| asked.load(Ordering::Relaxed));
-            assert_eq!(asked, [2, 1]);
-        }
-        assert_eq!(begun.elapsed(), Duration::ZERO);
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn who_asks_past_all_caches_is_answered_so() {
-        let source = shaky(1, away);
-        let ask = Ask::of("/v1/scenes/town/index.json").fresh();
-        assert_eq!(source.get_watched(ask, &mut unwatched).await.unwrap().1, 5);
-        let asked = [&source.source.asked, &source.source.asked_fresh].map(|asked| asked.load(Ordering::Relaxed));
-        assert_eq!(asked, [2, 2]);
-    }
-
-    /// What becomes of so many files of a source, of which those that end in 1, 4 or 7 fail for so many tries.
-    async fn walk(files: u32, failures: u32, failure: Failure) -> (u32, Duration) {
-        let source = Retrying::new(Sick {
-            failures,
-            failure,
-            tried: Mutex::default(),
-        });
-        let begun = Instant::now();
-        let mut lost = 0;
-        for file in 0..files {
-            lost += u32::from(source.get(&format!("/v1/{file}")).await.is_err());
-        }
-        (lost, begun.elapsed())
-    }
-
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    enum Failure {
-        Refuses,
-        Busy,
-        Hangs,
-        Trickles,
-    }
-
-    struct Sick {
-        failures: u32,
-        failure: Failure,
-        tried: Mutex<std::collections::BTreeMap<String, u32>>,
-    }
-
-    impl ByteSource for Sick {
-        async fn get(&self, path: &str) -> Result<Bytes, Error> {
-            Ok(self.get_watched(Ask::of(path), &mut unwatched).await?.0)
-        }
-
-        async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
-            sleep(Duration::from_millis(1)).await;
-            let tried = {
-                let mut tried = self.tried.lock().expect("the notes");
-                let tried = tried.entry(ask.path.to_owned()).or_default();
-                *tried += 1;
-                *tried
-            };
-            if ask.path.ends_with(['1', '4', '7']) && tried <= self.failures {
-                match self.failure {
-                    Failure::Refuses => return Err(silence(ask.path)),
-                    Failure::Busy => {
-                        return Err(Error::Busy {
-                            path: ask.path.to_owned(),
-                            status: 429,
-                            after: Duration::from_hours(1),
-                        });
-                    }
-                    Failure::Hangs => std::future::pending().await,
-                    Failure::Trickles => {
-                        for bytes in 0..10_000 {
-                            watch(&vec![0; 20 * bytes]);
-                            sleep(Duration::from_millis(200)).await;
-                        }
-                    }
-                }
-            }
-            watch(b"right");
-            Ok((Bytes::from_static(b"right"), 5))
-        }
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn files_that_never_come_cost_little_more_than_a_minute_together() {
-        for failure in [Failure::Refuses, Failure::Busy, Failure::Hangs, Failure::Trickles] {
-            let (lost, took) = walk(800, u32::MAX, failure).await;
-            assert_eq!(lost, 240, "{failure:?}");
-            assert!(took < Duration::from_secs(105), "{failure:?}: {took:?}");
-        }
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn files_that_fail_twice_and_then_come_are_not_lost() {
-        for failures in [1, 2] {
-            let (lost, took) = walk(800, failures, Failure::Refuses).await;
-            assert_eq!(lost, 0);
-            assert!(took < Duration::from_secs(60), "{took:?}");
-        }
-        assert_eq!(walk(100, 1, Failure::Hangs).await.0, 0);
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn a_server_that_falls_silent_is_left_alone_and_asked_again_later() {
-        let source = Retrying::new(Sick {
-            failures: 250,
-            failure: Failure::Hangs,
-            tried: Mutex::default(),
-        });
-        source.get("/v1/right").await.unwrap();
-        let begun = Instant::now();
-        for _ in 0..1000 {
-            source.get("/v1/1").await.unwrap_err();
-            source.get("/v1/other-1").await.unwrap_err();
-        }
-        assert!(begun.elapsed() < Duration::from_mins(2), "{:?}", begun.elapsed());
-        sleep(Duration::from_secs(10)).await;
-        source.get("/v1/right").await.unwrap();
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn what_could_not_be_had_is_tried_once_when_it_is_wanted_again() {
-        let source = shaky(TRIES + 2, away);
-        let mut asked = 0;
-        let mut tries = async |source: &Retrying<Shaky>| {
-            let came = source.get("/v1/file").await.is_ok();
-            let before = std::mem::replace(&mut asked, source.source.asked.load(Ordering::Relaxed));
-            (came, asked - before)
-        };
-        assert_eq!(tries(&source).await, (false, TRIES));
-        assert_eq!(tries(&source).await, (false, 1));
-        assert_eq!(tries(&source).await, (false, 1));
-        assert_eq!(tries(&source).await, (true, 1));
-        assert!(source.lost().is_empty());
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn what_will_not_pass_is_asked_once() {
-        let refused = |path: &str| {
-            Err(Error::Refused {
-                path: path.to_owned(),
-                status: 403,
-            })
-        };
-        for failure in [refused, |path: &str| Err(Error::Missing(path.to_owned()))] {
-            let source = shaky(1, failure);
-            source.get("/v1/scenes/town/index.json").await.unwrap_err();
-            assert_eq!(source.source.asked.load(Ordering::Relaxed), 1);
-        }
-    }
-
-    #[test]
-    fn waits_grow_and_differ() {
-        let waits = |path: &str| (1..TRIES).map(|tried| wait(path, tried)).collect::<Vec<_>>();
-        assert_ne!(waits("/a"), waits("/b"));
-        for (tried, wait) in (0..).zip(waits("/a")) {
-            let mean = FIRST_WAIT * LONGER.pow(tried);
-            assert!((mean / 2..=mean * 3 / 2).contains(&wait), "{wait:?}");
-        }
-    }
-}
+mod tests;

@@ -1,6 +1,8 @@
 //! How do many small files come with one request? As a bundle, where the server offers them (`docs/FORMAT.md`): one address
 //! names them all, and its answer holds them one after the other. What may come so is as in `viewer/core/bundles.ts`.
 
+use std::ops::Range;
+
 use bytes::Bytes;
 
 use super::file::{FileRef, REQUEST_BYTES};
@@ -9,8 +11,11 @@ use super::file::{FileRef, REQUEST_BYTES};
 const NAME_BYTES: f64 = 75.0;
 /// What is larger gains little and would hold up the others.
 const MOST_MEMBER_BYTES: u64 = 16 * 1024;
-/// So much comes together, so that what turns out to be urgent on a slow line need not wait long.
+/// So much comes together at most …
 const MOST_BYTES: u64 = 32 * 1024;
+/// … and what the line brings in this time, so that what turns out to be urgent on a slow line need not wait long: as much as may be under
+/// way beside one request ([`super::meter`]).
+const MOST_S: f64 = 0.5;
 const MOST_MEMBERS: usize = 64;
 const MAGIC: &[u8; 4] = b"BVBN";
 const VERSION: u16 = 1;
@@ -23,12 +28,13 @@ pub fn is_small(file: &FileRef) -> bool {
     file.bytes <= MOST_MEMBER_BYTES && file.bytes as f64 + NAME_BYTES <= file.compressed_bytes() + REQUEST_BYTES
 }
 
-/// The first members that fit into one bundle, of small ones in the order in which they are wanted; in the order in which
-/// an address names them, so that who wants the same asks for the same.
-pub fn together(files: impl IntoIterator<Item = FileRef>) -> Vec<FileRef> {
+/// The first members that fit into one bundle on a line of this speed, of small ones in the order in which they are wanted; in the order in
+/// which an address names them, so that who wants the same asks for the same.
+pub fn together(files: impl IntoIterator<Item = FileRef>, bytes_per_s: f64) -> Vec<FileRef> {
+    let most_bytes = MOST_BYTES.min((MOST_S * bytes_per_s) as u64);
     let (mut taken, mut total) = (Vec::new(), 0);
     for file in files {
-        if taken.len() == MOST_MEMBERS || total + file.bytes > MOST_BYTES {
+        if taken.len() == MOST_MEMBERS || !taken.is_empty() && total + file.bytes > most_bytes {
             break;
         }
         if !taken.contains(&file) {
@@ -54,31 +60,35 @@ pub fn bytes_of(members: &[FileRef]) -> u64 {
     table as u64 + members.iter().map(|file| file.bytes).sum::<u64>()
 }
 
-/// The members of a bundle of so many; `None` when it is anything else.
+/// Where the members of a bundle of so many begin and end, as far as its table says it, in their order; `None` while that is not here,
+/// and when it is anything else.
 #[must_use]
-pub fn members_of(bundle: &Bytes, members: usize) -> Option<Vec<Bytes>> {
+pub fn places_of(so_far: &[u8], members: usize) -> Option<Vec<Range<usize>>> {
     let number = |at: usize| {
-        bundle
+        so_far
             .get(at..at + 2)
             .map(|two| usize::from(u16::from_le_bytes([two[0], two[1]])))
     };
-    let right = bundle.get(..4)? == MAGIC && number(4)? == usize::from(VERSION) && number(6)? == members;
+    let right = so_far.get(..4)? == MAGIC && number(4)? == usize::from(VERSION) && number(6)? == members;
     let table = HEAD_BYTES + 4 * members;
-    if !right || bundle.len() < table {
+    if !right || so_far.len() < table {
         return None;
     }
-    let ends = bundle[HEAD_BYTES..table].chunks_exact(4);
+    let ends = so_far[HEAD_BYTES..table].chunks_exact(4);
     let ends = ends.map(|end| table + u32::from_le_bytes([end[0], end[1], end[2], end[3]]) as usize);
-    let (mut from, mut found) = (table, Vec::with_capacity(members));
-    for to in ends {
-        if to < from || to > bundle.len() {
-            return None;
-        }
-        // A copy, so that what stays does not keep the others in memory.
-        found.push(Bytes::copy_from_slice(&bundle[from..to]));
-        from = to;
-    }
-    (from == bundle.len()).then_some(found)
+    let mut from = table;
+    let place = |to: usize| (to >= from).then(|| std::mem::replace(&mut from, to)..to);
+    ends.map(place).collect()
+}
+
+/// The members of a bundle of so many; `None` when it is anything else.
+#[must_use]
+pub fn members_of(bundle: &Bytes, members: usize) -> Option<Vec<Bytes>> {
+    let places = places_of(bundle, members)?;
+    let is_all = places.last().is_some_and(|last| last.end == bundle.len());
+    // A copy, so that what stays does not keep the others in memory.
+    let member = |place: Range<usize>| Bytes::copy_from_slice(&bundle[place]);
+    is_all.then(|| places.into_iter().map(member).collect())
 }
 
 #[cfg(test)]
@@ -102,10 +112,23 @@ mod tests {
     #[test]
     fn an_address_does_not_depend_on_who_wants_what_first() {
         let [a, b, c] = [10, 11, 12].map(|bytes| file(bytes, "png"));
-        let one = together([a.clone(), b.clone(), a.clone(), c.clone()]);
+        let one = together([a.clone(), b.clone(), a.clone(), c.clone()], f64::INFINITY);
         assert_eq!(one.len(), 3);
-        assert_eq!(path_of(&one), path_of(&together([c, a, b])));
-        assert_eq!(together((0..9).map(|i| file(8000 + i, "png"))).len(), 4);
+        assert_eq!(path_of(&one), path_of(&together([c, a, b], f64::INFINITY)));
+    }
+
+    #[test]
+    fn what_comes_together_takes_no_longer_than_half_a_second_on_a_slow_line() {
+        let files = || (0..9).map(|i| file(8000 + i, "png"));
+        for (bytes_per_s, members) in [
+            (f64::INFINITY, 4),
+            (64_000.0, 3),
+            (33_000.0, 2),
+            (16_000.0, 1),
+            (1_000.0, 1),
+        ] {
+            assert_eq!(together(files(), bytes_per_s).len(), members, "{bytes_per_s}");
+        }
     }
 
     #[test]
@@ -118,6 +141,12 @@ mod tests {
         );
         for short in 0..bundle.len() {
             assert_eq!(read(&bundle[..short]), None);
+            let places = places_of(&bundle[..short], 2);
+            assert_eq!(
+                places,
+                (short >= 16).then(|| vec![16..19, 19..21]),
+                "after {short} bytes"
+            );
         }
         bundle.push(0);
         assert_eq!(read(&bundle), None);

@@ -1,7 +1,7 @@
 //! What is a file called, and what does it take on the line? Servers compress as they send; documents say how large files
 //! are, not how small they get, so each kind counts with the share that is left of it on average (`viewer/core/travel.ts`).
 
-use std::fmt;
+use std::{fmt, ops::Range};
 
 use belvedere_scene::{BlobHash, BlobName, rung::RungName};
 
@@ -28,6 +28,26 @@ pub struct FileRef {
     pub name: FileName,
     /// Its size as stored.
     pub bytes: u64,
+}
+
+/// What is known of the stream of a smooth LOD.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct StreamRef {
+    /// Where each of its rungs ends; the last where all of it does.
+    pub(crate) ends: Vec<u64>,
+    /// Whether its model can be drawn with nothing else.
+    pub(crate) is_needed: bool,
+}
+
+impl StreamRef {
+    /// Where in the stream a rung is, if it has one of this number.
+    pub(crate) fn place(&self, number: u8) -> Option<Range<u64>> {
+        let number = usize::from(number);
+        let from = number
+            .checked_sub(1)
+            .map_or(Some(0), |before| self.ends.get(before).copied());
+        Some(from?..*self.ends.get(number)?)
+    }
 }
 
 /// What the headers of a request and its answer take, about.

@@ -11,13 +11,14 @@ use std::{
 
 use belvedere_scene::{
     BlobHash, ModelId,
-    object::{Model, PackRef},
+    object::{Level, Model, PackRef},
+    rung::RungName,
 };
 
 use super::{
     ahead::{HORIZON_S, is_due},
     bundles,
-    file::{FileRef, Key},
+    file::{FileRef, Key, StreamRef},
     grade::{Part, State, Stock},
     memory::{Gone, Terms},
     models::Models,
@@ -42,7 +43,9 @@ pub struct Planner {
     /// What is held and on its way.
     pub residency: Residency,
     budgets: Budgets,
+    /// Whether small files may come together, and how fast the line was when it was last planned.
     bundles: bool,
+    bytes_per_s: f64,
     wishes: Vec<Wish>,
     models: Models,
     /// Whether no rules are used, whatever is learnt of models and forgiven.
@@ -65,6 +68,7 @@ impl Planner {
             residency: Residency::within(budgets.memory_bytes),
             budgets,
             bundles: false,
+            bytes_per_s: f64::INFINITY,
             wishes: Vec::new(),
             models: Models::default(),
             has_no_rules: false,
@@ -96,6 +100,7 @@ impl Planner {
     /// Plans anew. What is wanted and here already is held at once; answers what has changed by that.
     pub fn plan(&mut self, view: &View, bytes_per_s: f64) -> Vec<Change> {
         let mut changes = Vec::new();
+        self.bytes_per_s = bytes_per_s;
         let target_px = match self.budgets.triangles {
             u64::MAX => self.budgets.target_px,
             most => plan::target_within(view.here, &view.eye, self.budgets.target_px, most),
@@ -284,6 +289,25 @@ impl Planner {
         self.models.of_stream(stream)
     }
 
+    /// What is known of the stream that a rung is of.
+    pub(crate) fn stream_of(&self, rung: &RungName) -> Option<StreamRef> {
+        let model = self.models.of_stream(rung.hash)?;
+        let is_lost = |level: &Level| self.residency.state((&level.url).into()) == State::Lost;
+        Some(StreamRef {
+            ends: model.smooth.as_ref()?.rungs.iter().map(|rung| rung.to).collect(),
+            is_needed: model.procedural.is_none() && model.levels.iter().all(is_lost),
+        })
+    }
+
+    /// Promises memory to a file that nobody has asked for and that comes all the same; `false` where it is no use, or there is no room.
+    pub(crate) fn welcomes(&mut self, file: &FileRef) -> bool {
+        let is_welcome = self.residency.state(file.name.key()) == State::Away && self.residency.has_room(file.bytes);
+        if is_welcome {
+            self.residency.ask(file);
+        }
+        is_welcome
+    }
+
     fn wanted(&mut self, view: &View, target_px: f64, bytes_per_s: f64) -> Vec<Wish> {
         let ahead = view.ahead.iter().flat_map(|(_, seen)| *seen);
         self.models.learn(view.here.iter().chain(ahead));
@@ -380,7 +404,7 @@ impl Planner {
             .iter()
             .filter(|wish| wish.cause.is_like(&self.wishes[at].cause));
         let files = like.flat_map(|wish| self.missing(wish, true)).filter(bundles::is_small);
-        bundles::together([first].into_iter().chain(files))
+        bundles::together([first].into_iter().chain(files), self.bytes_per_s)
     }
 
     /// Makes room for all that a wish still takes.

@@ -109,6 +109,10 @@ impl fmt::Display for Wish {
             Cause::Finer { error_px } => write!(f, "{error_px:.1} px off: {model} {grade}")?,
             Cause::Ahead { cell, in_s, .. } => write!(f, "seen from {cell}, {in_s:.1} s ahead: {model} {grade}")?,
         }
-        write!(f, ", {:.0} bytes", self.cost_bytes)
+        match self.cost_bytes {
+            // It came in a pack, or for something else.
+            0.0 => f.write_str(", which was here"),
+            bytes => write!(f, ", {bytes:.0} bytes"),
+        }
     }
 }

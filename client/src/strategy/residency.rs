@@ -252,6 +252,11 @@ impl Residency {
         Some(gone)
     }
 
+    /// Whether so many bytes more find room although nothing goes.
+    pub fn has_room(&self, bytes: u64) -> bool {
+        (self.held_bytes + self.asked_bytes).saturating_add(bytes) <= self.limit_bytes
+    }
+
     /// Promises memory to a file and takes it as asked for. Who asks has made room.
     pub fn ask(&mut self, file: &FileRef) {
         self.asked_bytes += file.bytes;

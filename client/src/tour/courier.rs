@@ -3,7 +3,6 @@
 
 use std::collections::{HashSet, VecDeque};
 
-use belvedere_scene::rung::RungName;
 use bytes::Bytes;
 
 use super::{
@@ -14,7 +13,7 @@ use super::{
 };
 use crate::{
     ByteSource, Error, Scene,
-    fetch::{self, Manners, Streams},
+    fetch::{self, Fetched, Manners, Streams},
     strategy::{
         file::{FileName, FileRef, Key},
         meter::Meter,
@@ -31,7 +30,8 @@ struct UnderWay {
     there_ms: f64,
     /// What it was expected to take on the line.
     line_bytes: f64,
-    came: Vec<(FileRef, Option<u64>)>,
+    /// Files of so many bytes, or of which none came, and when they are here, in this order.
+    came: VecDeque<(f64, FileRef, Option<u64>)>,
     /// The files in a pack that are not here yet, in the order in which the line carries them.
     members: VecDeque<(f64, Key, Member)>,
 }
@@ -39,7 +39,9 @@ struct UnderWay {
 impl UnderWay {
     /// When more of it is here.
     fn next_ms(&self) -> f64 {
-        self.members.front().map_or(self.there_ms, |(there_ms, ..)| *there_ms)
+        let member = self.members.front().map(|(there_ms, ..)| *there_ms);
+        let file = self.came.front().map(|(there_ms, ..)| *there_ms);
+        [member, file].into_iter().flatten().fold(self.there_ms, f64::min)
     }
 }
 
@@ -147,65 +149,113 @@ impl<'a, S: ByteSource> Courier<'a, S> {
     pub(super) fn charge(&mut self, asked_ms: f64) -> f64 {
         let mut there_ms = asked_ms;
         for answer in self.scene.source().take() {
-            there_ms = self.send(asked_ms, answer).there_ms;
+            there_ms = self.answered(asked_ms, answer).there_ms;
             self.ledger.document(answer.bytes);
         }
         there_ms
     }
 
-    fn send(&mut self, asked_ms: f64, answer: Answer) -> Transfer {
+    /// A request was answered: first with what came in vain, if anything did, then with what came in the end.
+    fn answered(&mut self, asked_ms: f64, answer: Answer) -> Transfer {
         self.tour.requests += 1;
         self.tour.latencies_ms.push(1000.0 * answer.took.as_secs_f64());
-        let transfer = self.traffic.send(asked_ms, answer.bytes);
-        self.arriving.push_back((transfer.there_ms, answer.bytes));
-        let bytes = (answer.bytes + HEADER_BYTES) as f64;
+        if answer.failed > 0 {
+            self.ledger.failed(answer.failed);
+            let transfer = self.send(asked_ms, answer.failed);
+            if answer.bytes == 0 {
+                return transfer;
+            }
+        }
+        self.send(asked_ms, answer.bytes)
+    }
+
+    fn send(&mut self, asked_ms: f64, body_bytes: u64) -> Transfer {
+        let transfer = self.traffic.send(asked_ms, body_bytes);
+        self.arriving.push_back((transfer.there_ms, body_bytes));
+        let bytes = (body_bytes + HEADER_BYTES) as f64;
         self.meter.came(asked_ms / 1000.0, transfer.there_ms / 1000.0, bytes);
         transfer
     }
 
     /// Carries out a request at a time.
     pub(super) async fn fetch(&mut self, order: &Order, planner: &mut Planner, now_ms: f64) {
-        let ends = |rung: &RungName| {
-            let smooth = planner.model_of_stream(rung.hash)?.smooth.as_ref()?;
-            smooth.rungs.get(usize::from(rung.number)).map(|rung| rung.to)
-        };
         // All of it is here at once; when which part of it would have come is computed.
-        let fetched = fetch::fetch(self.scene, &self.manners, order, ends, &mut |_, _| {}).await;
+        let streams = |rung: &_| planner.stream_of(rung);
+        let fetched = fetch::fetch(self.scene, &self.manners, order, streams, &mut |_, _| {}).await;
         let (mut transfer, mut bytes, mut requests) = (Transfer::at(now_ms), 0, 0);
+        let mut bundle = None;
         for answer in self.scene.source().take() {
-            transfer = self.send(now_ms, answer);
+            transfer = self.answered(now_ms, answer);
+            bundle.get_or_insert(transfer);
             (bytes, requests) = (bytes + answer.bytes, requests + 1);
         }
-        self.ledger.came(order, bytes, requests);
+        let Fetched {
+            files,
+            shares,
+            beside,
+            mut failed,
+            notes,
+            ..
+        } = fetched;
+        notes.iter().for_each(|note| self.tour.tell(note));
         let mut there_ms = transfer.there_ms;
-        if fetched.files.iter().any(|(_, result)| result.is_err()) {
+        if files.iter().any(|(_, result)| result.is_err()) {
             // Whatever comes of it, who fails does not fail again at the same moment.
             there_ms = there_ms.max(now_ms + FAILURE_MS);
         }
-        let mut came = Vec::with_capacity(fetched.files.len());
-        for (file, result) in fetched.files {
+        let mut came = Vec::with_capacity(files.len() + beside.len());
+        for ((file, result), share) in files.into_iter().zip(shares) {
+            let length = result.as_ref().map_or(0, |bytes| bytes.len() as u64);
             let result = result.and_then(|bytes| self.check(&file, bytes, planner));
             match &result {
                 Err(cause) => {
-                    self.lost.insert(file.name.key());
-                    self.fail(cause);
+                    failed += length;
+                    self.lose(&file, cause, planner);
                 }
                 Ok(_) => {
                     self.lost.remove(&file.name.key());
                 }
             }
-            came.push((file, result.ok()));
+            let file_ms = share.and_then(|share| Some(bundle?.share_ms(share)));
+            came.push((file_ms.unwrap_or(there_ms), file, result.ok()));
         }
+        for (file, content) in beside {
+            let length = content.len() as u64;
+            let is_right = self.check(&file, content, planner).is_ok();
+            match is_right && planner.welcomes(&file) {
+                true => came.push((there_ms, file, Some(length))),
+                false => failed += length,
+            }
+        }
+        let failed = failed.min(bytes);
+        self.ledger.failed(failed);
+        self.ledger.came(order, bytes - failed, requests);
         let members = match &came[..] {
-            [(pack, Some(bytes))] => self.unpack(pack.name.key(), *bytes, transfer, planner),
+            [(_, pack, Some(bytes))] => self.unpack(pack.name.key(), *bytes, transfer, planner),
             _ => VecDeque::new(),
         };
+        came.sort_by(|a, b| a.0.total_cmp(&b.0));
         self.under_way.push(UnderWay {
             there_ms,
             line_bytes: order.line_bytes(),
-            came,
+            came: came.into(),
             members,
         });
+    }
+
+    /// A file does not come. Where a server gives no parts of streams, nothing is lost that levels cannot take the place of.
+    fn lose(&mut self, file: &FileRef, cause: &Error, planner: &mut Planner) {
+        match (cause, &file.name) {
+            (Error::Whole(_), FileName::Rung(rung)) => {
+                if let Some(model) = planner.model_of_stream(rung.hash).cloned() {
+                    planner.lose_stream(&model);
+                }
+            }
+            _ => {
+                self.lost.insert(file.name.key());
+                self.fail(cause);
+            }
+        }
     }
 
     /// When those files are here that are missing of a pack of so many bytes, if it is one: each when the line has carried the share of
@@ -247,14 +297,18 @@ impl<'a, S: ByteSource> Courier<'a, S> {
                 received.any |= planner.arrive_out_of(pack, &member);
             }
         }
-        let all = std::mem::take(&mut self.under_way);
-        let (here, coming): (Vec<_>, Vec<_>) = all.into_iter().partition(|one| one.there_ms <= now_ms);
-        self.under_way = coming;
+        let mut here = Vec::new();
+        for one in &mut self.under_way {
+            while let Some((_, file, length)) = one.came.pop_front_if(|(there_ms, ..)| *there_ms <= now_ms) {
+                here.push((file, length));
+            }
+        }
+        self.under_way.retain(|one| one.there_ms > now_ms);
         received.any |= !here.is_empty();
-        for (file, length) in here.iter().flat_map(|one| &one.came) {
+        for (file, length) in here {
             match length {
                 Some(bytes) => {
-                    let members = planner.arrive(file, *bytes);
+                    let members = planner.arrive(&file, bytes);
                     if !members.is_empty() {
                         self.ledger.splits(file.name.key(), &members);
                     }
@@ -271,51 +325,4 @@ impl<'a, S: ByteSource> Courier<'a, S> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        strategy::{
-            order::{Budgets, View},
-            sight::Eye,
-        },
-        testing::{self, Bare, packed},
-    };
-
-    #[tokio::test]
-    async fn files_in_a_pack_are_here_when_the_line_has_carried_the_pack_up_to_where_they_end() {
-        let packed = packed(&[&[1; 150], &[2; 300], &[3; 150]]);
-        let line = Line {
-            bits_per_s: 8000.0,
-            latency_ms: 100.0,
-        };
-        let tree = Bare::new().with(&packed.pack, packed.bytes.clone());
-        let scene = testing::open(Metered::new(tree)).await;
-        scene.source().take();
-        for memory_bytes in [u64::MAX, 1_000] {
-            let mut courier = Courier::on(line, &scene);
-            let mut planner = Planner::new(Budgets {
-                memory_bytes,
-                ..Budgets::default()
-            });
-            let view = View {
-                eye: Eye::at([0.0; 3]),
-                here: &packed.seen,
-                is_all_known: true,
-                ahead: Vec::new(),
-            };
-            planner.plan(&view, f64::INFINITY);
-            let order = planner.next(&mut Vec::new()).expect("a pack");
-            courier.fetch(&order, &mut planner, 0.0).await;
-            // 600 bytes and 400 of headers take a second, from 100 ms on.
-            let mut came = Vec::new();
-            while courier.next_ms() < f64::INFINITY {
-                let now_ms = courier.next_ms();
-                assert!(!courier.receive(&mut planner, now_ms - 1.0).any);
-                assert!(courier.receive(&mut planner, now_ms).any);
-                came.push((now_ms, planner.settle().len()));
-            }
-            assert_eq!(came, [(350.0, 1), (850.0, 1), (1100.0, 1)]);
-            assert_eq!([planner.residency.bytes(), planner.residency.peak_bytes()], [600, 600]);
-        }
-    }
-}
+mod tests;

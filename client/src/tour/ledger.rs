@@ -23,6 +23,11 @@ impl Ledger {
         self.ways.document_bytes += bytes;
     }
 
+    /// Bytes came that could not be used.
+    pub(super) fn failed(&mut self, bytes: u64) {
+        self.bytes.failed += bytes;
+    }
+
     /// Files of an order came, so many bytes over the line with so many requests.
     pub(super) fn came(&mut self, order: &Order, bytes: u64, requests: u64) {
         let way = match &order.files[..] {

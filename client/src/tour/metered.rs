@@ -10,12 +10,15 @@ use std::{
 use belvedere_scene::BlobName;
 use bytes::Bytes;
 
-use crate::{Ask, ByteSource, Error, Watch, source::unwatched};
+use crate::{Ask, ByteSource, Error, Part, Toll, Watch, source::unwatched};
 
-/// One request. Who fails carries nothing.
+/// One request.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Answer {
+    /// What the line carried of what came in the end …
     pub(super) bytes: u64,
+    /// … and before that in vain: what was cut, damaged, or too much.
+    pub(super) failed: u64,
     pub(super) took: Duration,
 }
 
@@ -39,10 +42,13 @@ impl<S> Metered<S> {
         std::mem::take(&mut *answers)
     }
 
-    fn note(&self, started: Instant, fetched: &Result<(Bytes, u64), Error>) {
+    fn note<T>(&self, started: Instant, toll: &Toll, fetched: &Result<(T, u64), Error>) {
+        let bytes = fetched.as_ref().map_or(0, |(_, carried)| *carried);
         let answer = Answer {
-            bytes: fetched.as_ref().map_or(0, |(_, carried)| *carried),
-            took: started.elapsed(),
+            bytes,
+            failed: toll.bytes().saturating_sub(bytes),
+            // Who waits for a turn has not asked yet.
+            took: started.elapsed().saturating_sub(toll.queued()),
         };
         let mut answers = self.answers.lock().expect("nothing panics while it holds this lock");
         answers.push(answer);
@@ -56,16 +62,16 @@ impl<S: ByteSource> ByteSource for Metered<S> {
     }
 
     async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
-        let started = Instant::now();
-        let fetched = self.source.get_watched(ask, watch).await;
-        self.note(started, &fetched);
+        let (started, toll) = (Instant::now(), Toll::default());
+        let fetched = self.source.get_watched(ask.noting(&toll), watch).await;
+        self.note(started, &toll, &fetched);
         fetched
     }
 
-    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
-        let started = Instant::now();
-        let fetched = self.source.get_range(path, range).await;
-        self.note(started, &fetched);
+    async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
+        let (started, toll) = (Instant::now(), Toll::default());
+        let fetched = self.source.get_range(ask.noting(&toll), range).await;
+        self.note(started, &toll, &fetched);
         fetched
     }
 
@@ -83,5 +89,13 @@ impl<S: ByteSource> ByteSource for Metered<S> {
 
     fn forget_parts(&self, whole: &BlobName) {
         self.source.forget_parts(whole);
+    }
+}
+
+#[cfg(test)]
+impl Metered<crate::testing::Bare> {
+    /// Where objects were asked for, documents apart.
+    pub(super) fn asked(&self) -> Vec<String> {
+        self.source.asked()
     }
 }

@@ -72,6 +72,8 @@ pub struct Causes {
     pub prefetched_used: u64,
     /// Ahead, and never seen.
     pub prefetched_wasted: u64,
+    /// In vain: cut, damaged, of another length than they should have, or not asked for and without use.
+    pub failed: u64,
 }
 
 /// Requests and the bytes that came with them.
@@ -270,6 +272,7 @@ impl Outcome {
                 needed: sum(|tour| tour.bytes.needed),
                 prefetched_used: sum(|tour| tour.bytes.prefetched_used),
                 prefetched_wasted: sum(|tour| tour.bytes.prefetched_wasted),
+                failed: sum(|tour| tour.bytes.failed),
             },
             convergence_s: converged
                 .and_then(|all| mean(all.into_iter()))

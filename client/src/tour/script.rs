@@ -37,6 +37,16 @@ pub enum ScriptError {
     Empty,
 }
 
+/// What is wrong with the JSON of a line: where in it, without the number of the only line that it knows.
+fn of_line(cause: &serde_json::Error) -> String {
+    let place = format!(" at line {} column {}", cause.line(), cause.column());
+    let what = cause.to_string();
+    match what.strip_suffix(&place) {
+        Some(what) => format!("{what} at column {}", cause.column()),
+        None => what,
+    }
+}
+
 impl Script {
     /// Reads JSON lines; empty ones are skipped.
     ///
@@ -53,8 +63,12 @@ impl Script {
                     "expected an object, {\"t_ms\": 0, \"position\": [x, y, z]}".to_owned(),
                 ));
             }
-            let pose: Pose = serde_json::from_str(line)
-                .map_err(|cause| wrong(format!("{cause}; expected {{\"t_ms\": 0, \"position\": [x, y, z]}}")))?;
+            let pose: Pose = serde_json::from_str(line).map_err(|cause| {
+                wrong(format!(
+                    "{}; expected {{\"t_ms\": 0, \"position\": [x, y, z]}}",
+                    of_line(&cause)
+                ))
+            })?;
             let turned = pose.orientation.unwrap_or(UPRIGHT);
             let mut numbers = pose.position.iter().chain(&turned).chain([&pose.t_ms]);
             if !numbers.all(|x| x.is_finite()) {
@@ -283,6 +297,12 @@ mod tests {
         let message = |text: &str| Script::parse(text).unwrap_err().to_string();
         assert!(message("\n{\"t_ms\": 1}").starts_with("line 2: missing field `position`"));
         assert!(message("[1, [0, 0, 0]]").starts_with("line 1: expected an object"));
+        let flat = message("{\"t_ms\": 1, \"position\": [0, 0]}");
+        assert!(
+            flat.starts_with("line 1: invalid length 2, expected an array of length 3 at column "),
+            "{flat}"
+        );
+        assert_eq!(flat.matches("line").count(), 1, "{flat}");
         let early = r#"{"t_ms": -5, "position": [0, 0, 0]}"#;
         assert_eq!(message(early), "line 1: t_ms -5 is before the script begins, at 0");
         let back = "{\"t_ms\": 5, \"position\": [0, 0, 0]}\n{\"t_ms\": 5, \"position\": [1, 0, 0]}";

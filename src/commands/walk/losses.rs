@@ -8,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-use belvedere_client::{Ask, ByteSource, Error, Watch};
+use belvedere_client::{Ask, ByteSource, Error, Part, Watch};
 use bytes::Bytes;
 
 /// Between two looks at whether there is something to say.
@@ -112,8 +112,8 @@ impl<S: ByteSource> ByteSource for Counted<S> {
         self.count(ask.path, self.source.get_watched(ask, watch)).await
     }
 
-    async fn get_range(&self, path: &str, range: Range<u64>) -> Result<(Bytes, u64), Error> {
-        self.count(path, self.source.get_range(path, range)).await
+    async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
+        self.count(ask.path, self.source.get_range(ask, range)).await
     }
 
     fn offers_bundles(&self) -> bool {

@@ -4,18 +4,20 @@
 mod chart;
 mod live;
 mod losses;
+mod machine;
 mod quantity;
 
-use std::{io::IsTerminal, path::PathBuf};
+use std::{io::IsTerminal, path::PathBuf, sync::Arc};
 
 use anyhow::Context;
 use belvedere_client::{
-    ByteSource, Client, FolderSource, HttpSource, Retrying,
+    ByteSource, Client, Error, FolderSource, HttpSource, Pulse, Retrying,
     tour::{self, Line, Manner, Outcome, Rambles, Script, Tour, TourSettings},
 };
 use belvedere_scene::{Revision, SceneName};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use losses::Counted;
+use machine::Machine;
 
 use super::output::{bytes, percent, print, print_json, table};
 
@@ -93,6 +95,10 @@ enum MadeUp {
 
 /// Made-up walks are as fast as people, in metres a second.
 const WALKING_MPS: f64 = 5.0 / 3.6;
+/// So many requests of all visitors are under way at once: enough to keep a server busy, and few enough that they do not wait for each other.
+const MOST_REQUESTS: usize = 64;
+/// So many scenes are named to who asks for another.
+const NAMED_SCENES: usize = 20;
 /// No walk takes longer, in seconds.
 const LONGEST_S: f64 = quantity::DAY_S;
 
@@ -100,10 +106,13 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if args.tree.contains("://") {
         let source = HttpSource::new(&args.tree)?;
         let live = (args.live == "on").then(|| source.clone());
-        let source = Counted::new(Retrying::new(source));
+        let source = Retrying::new(source).at_most(MOST_REQUESTS);
+        let pulse = source.pulse();
+        let source = Counted::new(source);
         tokio::select! {
-            walked = walk(args, source.clone(), live) => walked,
+            walked = walk(args, source.clone(), live, Some(pulse.clone())) => walked,
             () = source.tell() => Ok(()),
+            () = pulse.beat() => Ok(()),
         }
     } else {
         anyhow::ensure!(
@@ -116,15 +125,16 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             "a folder has no live sessions: name the address of a server, or walk without --live on"
         );
         let source = FolderSource::new(&args.tree);
-        walk(args, source, None).await
+        walk(args, source, None, None).await
     }
 }
 
-/// Walks through what a source has, and through what is live there where that is wanted.
+/// Walks through what a source has, and through what is live there where that is wanted. The pulse tells how busy this machine is.
 async fn walk<S: ByteSource + Clone + 'static>(
     args: Args,
     source: S,
     live_source: Option<HttpSource>,
+    pulse: Option<Arc<Pulse>>,
 ) -> anyhow::Result<()> {
     if let Some(live_source) = &live_source {
         live::ensure_offered(live_source, &args.scene, args.sessions as usize).await?;
@@ -153,7 +163,10 @@ async fn walk<S: ByteSource + Clone + 'static>(
     let mut tours: Vec<Tour> = Vec::with_capacity(visitors.len());
     let bar = progress(visitors.len(), args.json)?;
     for visitor in visitors {
-        tours.push(visitor.await?.with_context(|| cannot_open(&args))?);
+        match visitor.await? {
+            Ok(tour) => tours.push(tour),
+            Err(cause) => return Err(cannot_open(&args, &source, cause).await),
+        }
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -167,6 +180,7 @@ async fn walk<S: ByteSource + Clone + 'static>(
     };
     let report = Report {
         outcome: Outcome::of(&tours),
+        machine: pulse.map(|pulse| Machine::of(&pulse.lateness())),
         live,
     };
     let short = args
@@ -174,6 +188,9 @@ async fn walk<S: ByteSource + Clone + 'static>(
         .and_then(|limit_bytes| short_of_memory(&report.outcome, limit_bytes));
     if let Some(short) = &short {
         eprintln!("belvedere: {short}");
+    }
+    if let Some(busy) = report.machine.as_ref().and_then(Machine::warning) {
+        eprintln!("belvedere: {busy}");
     }
     if args.json {
         print_json(&report)?;
@@ -238,9 +255,28 @@ fn short_of_memory(outcome: &Outcome, limit_bytes: u64) -> Option<String> {
     ))
 }
 
-/// What a walk begins with, and may fail at.
-fn cannot_open(Args { scene, tree, .. }: &Args) -> String {
-    format!("cannot open `{scene}` of {tree}")
+/// What a walk begins with, and may fail at. Where there is no such scene, those that are there are named.
+async fn cannot_open<S: ByteSource + Clone>(args: &Args, source: &S, cause: Error) -> anyhow::Error {
+    let Args { scene, tree, .. } = args;
+    let what = format!("cannot open `{scene}` of {tree}");
+    if !matches!(cause, Error::Missing(_)) {
+        return anyhow::Error::new(cause).context(what);
+    }
+    let there = match Client::new(source.clone()).scenes().await {
+        Ok(list) if list.scenes.is_empty() => "the list of scenes there is empty".to_owned(),
+        Ok(list) => {
+            let names = list.scenes.iter().take(NAMED_SCENES).map(|one| one.scene.to_string());
+            let names = names.collect::<Vec<_>>().join(", ");
+            match list.scenes.len().saturating_sub(NAMED_SCENES) {
+                0 => format!("there are: {names}"),
+                more => format!("there are: {names}, and {more} more"),
+            }
+        }
+        Err(_) => {
+            format!("nor is there a list of scenes, /v1/scenes/index.json; is {tree} the root of a published tree?")
+        }
+    };
+    anyhow::anyhow!("{cause}; {there}").context(what)
 }
 
 /// The way of each visitor.
@@ -262,8 +298,10 @@ async fn scripts<S: ByteSource + Clone>(args: &Args, source: &S) -> anyhow::Resu
             .map(|number| script.later(f64::from(number) * 1000.0))
             .collect());
     }
-    let scene = Client::new(source.clone()).open(&args.scene).await;
-    let scene = scene.with_context(|| cannot_open(args))?.giving_up();
+    let scene = match Client::new(source.clone()).open(&args.scene).await {
+        Ok(scene) => scene.giving_up(),
+        Err(cause) => return Err(cannot_open(args, source, cause).await),
+    };
     let speed_mps = args.speed.unwrap_or(WALKING_MPS);
     let manner = match args.way {
         MadeUp::Random => Manner::Wander,
@@ -298,10 +336,12 @@ struct Report {
     #[serde(flatten)]
     outcome: Outcome,
     #[serde(skip_serializing_if = "Option::is_none")]
+    machine: Option<Machine>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     live: Option<live::Live>,
 }
 
-fn summary(Report { outcome, live }: &Report) -> String {
+fn summary(Report { outcome, live, .. }: &Report) -> String {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let causes = &outcome.bytes;
     let converged = outcome.convergence_s.map_or_else(
@@ -329,6 +369,7 @@ fn summary(Report { outcome, live }: &Report) -> String {
         row("bytes that were needed", bytes(causes.needed)),
         row("  … fetched ahead and seen", bytes(causes.prefetched_used)),
         row("  … fetched ahead and never seen", bytes(causes.prefetched_wasted)),
+        row("  … that came in vain", bytes(causes.failed)),
         row("requests", outcome.requests.to_string()),
         row("  … for documents, files alone, packs, bundles", {
             let ways = &outcome.came;

@@ -1,5 +1,6 @@
 //! What becomes of a walk when rules, or a cell ahead, are lost under way? Places are handed over by hand, from a tree that answers nothing.
 
+mod bundles;
 mod newer;
 mod packs;
 mod recovery;

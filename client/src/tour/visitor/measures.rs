@@ -63,16 +63,17 @@ impl<S: ByteSource> Visitor<'_, S> {
     }
 
     pub(super) fn frame(&mut self, t_ms: f64) -> Frame {
-        let (missing, quality) = match self.in_sight() {
-            Some((_, 0)) => (0, 1.0),
-            Some((missing, all)) => (missing, 1.0 - missing as f64 / all as f64),
-            None => (0, 0.0),
+        let (missing, all) = self.in_sight().unwrap_or_default();
+        let quality = match self.here {
+            // Of objects that nobody knows of, none is there and none is sharp.
+            Some(_) if all > 0 => (all - missing) as f64 / all as f64,
+            Some(here) if self.atlas.place(here).is_some() => 1.0,
+            _ => 0.0,
         };
         let (eye, target_px) = (Eye::at(self.position), self.settings.target_px);
         let bytes = self.courier.arrived_bytes(t_ms);
-        let seen = self.in_view();
         let (mut sharp, mut rungs) = (0, 0);
-        for seen in seen {
+        for seen in self.in_view() {
             let Some(held) = self.planner.residency.held(seen.model) else {
                 continue;
             };
@@ -80,11 +81,7 @@ impl<S: ByteSource> Visitor<'_, S> {
             rungs += usize::from(held.form == Form::Rung);
         }
         let share = |count: usize| {
-            if seen.is_empty() {
-                0.0
-            } else {
-                count as f64 / seen.len() as f64
-            }
+            if all == 0 { 0.0 } else { count as f64 / all as f64 }
         };
         Frame {
             t_ms,
@@ -97,6 +94,59 @@ impl<S: ByteSource> Visitor<'_, S> {
             bytes,
             sharp: share(sharp),
             rungs: share(rungs),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use belvedere_scene::{CellId, record::Portal};
+
+    use super::*;
+    use crate::{
+        atlas::Place,
+        strategy::order::View,
+        testing::{self, Bare, packed},
+        tour::{TourSettings, metered::Metered},
+    };
+
+    #[tokio::test]
+    async fn what_nobody_knows_of_is_neither_there_nor_sharp() {
+        let packed = packed(&[b"one", b"two"]);
+        let scene = testing::open(Metered::new(Bare::new())).await;
+        for (lost, held, expected) in [(0, 2, 1.0), (6, 2, 0.25), (2, 1, 0.25), (2, 0, 0.0)] {
+            let mut visitor = Visitor::new(&scene, &TourSettings::default());
+            let entry = scene
+                .whereabouts(None, [0.0; 3], false, false)
+                .await
+                .expect("nowhere")
+                .cell;
+            let cell = CellId(1);
+            visitor.atlas.add(Place {
+                entry: belvedere_scene::index::CellEntry { cell, ..entry },
+                portals: Vec::<Portal>::new(),
+                seen: packed.seen.clone(),
+                lost,
+                is_unknown: false,
+            });
+            visitor.here = Some(cell);
+            for (level, _) in &packed.levels[..held] {
+                visitor.planner.residency.arrive(level.into(), 3);
+            }
+            let view = View {
+                eye: Eye::at([0.0; 3]),
+                here: &packed.seen,
+                is_all_known: true,
+                ahead: Vec::new(),
+            };
+            visitor.planner.plan(&view, f64::INFINITY);
+            let frame = visitor.frame(0.0);
+            assert_eq!(
+                (frame.quality, frame.sharp),
+                (expected, expected),
+                "{lost} lost, {held} held"
+            );
+            assert_eq!(frame.missing as usize, lost + 2 - held);
         }
     }
 }
