@@ -253,8 +253,7 @@ export function shown(number: number): string {
   return `${number}`.replace("e+", "e");
 }
 
-export const NO_FILE =
-  'no file is named here; write its path from the folder of the first file, as in `"tree.dcg"`';
+export const NO_FILE = 'no file is named here; write its path from the folder of the first file, as in `"tree.dcg"`';
 
 /** Of a face with a corner that is no point. */
 export function noPoint(face: number, corner: number, points: number): string {

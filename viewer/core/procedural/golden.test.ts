@@ -262,6 +262,40 @@ it("refuses lists that are too deep, however they were put together", () => {
   expect(valueFromJson(nested(65))).toBeUndefined();
 });
 
+/** As docs/PROCEDURAL.md says, "What keeps its dice". */
+it("rolls dice anew behind what is added, and nowhere else", () => {
+  const height = (text: string, name: string, parameters = new Map<string, Value>()) => {
+    const { parts } = grow(
+      readProgram("test.dcg", text, () => ""),
+      { parameters },
+    );
+    return parts.filter((part) => part.name === name).map(({ bounds }) => bounds.max[1]);
+  };
+  const called = (name: string) => `called "${name}" box(1, random(), 1)`;
+  const inner = `rule inner() { ${called("inner")} }`;
+  const text = `parameter unused = 1 part p(n) { box(1, random(), 1) } ${inner} rule r() { ${called("r")} } p(1) r() ${called("last")}`;
+  const named = ["p", "r", "last"] as const;
+  const heights = (text: string, given?: Map<string, Value>) => named.map((name) => height(text, name, given)[0]);
+  const before = heights(text);
+  const same = (after: readonly unknown[]) => named.filter((_, i) => after[i] === before[i]);
+  expect(same(heights(`${text} sphere(random())`))).toEqual(["p", "r", "last"]);
+  expect(same(heights(text.replace("p(1) r()", "p(1) r() let q = sin(1)")))).toEqual(["p", "r"]);
+  expect(same(heights(text.replace("p(1) r()", "move(1, 0, 0) { p(1) } box(1, 0, 1) r()")))).toEqual([
+    "p",
+    "r",
+    "last",
+  ]);
+  expect(same(heights(text.replace("p(1) r()", "let q = abs(0) r()")))).toEqual([
+    "r",
+    "last",
+  ]);
+  expect(same(heights(text.replace("rule r() {", "rule r() { let q = random()")))).toEqual(["p", "last"]);
+  expect(same(heights(`let q = random() ${text}`))).toEqual(["p"]);
+  expect(same(heights(text, new Map([["unused", 2]])))).toEqual(["p"]);
+  const turns = (count: number) => height(`for i in ${count} ${called("turn")}`, "turn");
+  expect(turns(9).slice(0, 5)).toEqual(turns(5));
+});
+
 /** The same numbers in every run, up to `below`. */
 function randomNumbers(seed: number): (below: number) => number {
   let state = seed;

@@ -65,7 +65,8 @@ const WAYS_OUT: Readonly<Record<string, string>> = {
   "letters in a name": "choose a shorter one",
   "numbers kept": "give parts, materials and files fewer different lists, and use shorter names",
   levels: "stop the recursion earlier, with `if` or `levels`",
-  "levels of calls, those of functions too": "stop the recursion earlier, with `if`, or let each call halve what is left",
+  "levels of calls, those of functions too":
+    "stop the recursion earlier, with `if`, or let each call halve what is left",
   "levels of nesting": "stop the recursion earlier, with `if` or `levels`",
   steps: "repeat less, or grow it with less detail",
   triangles: "use fewer sides or steps, or a `part` for what is repeated",

@@ -1,5 +1,14 @@
 /** What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body. */
-import { argumentTwice, DcgError, Fault, NO_FILE, reserved, THEN_WITHOUT_LEVELS, unknown, unknownProperty } from "../error.ts";
+import {
+  argumentTwice,
+  DcgError,
+  Fault,
+  NO_FILE,
+  reserved,
+  THEN_WITHOUT_LEVELS,
+  unknown,
+  unknownProperty,
+} from "../error.ts";
 import { words } from "../lexer.ts";
 import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
 import { type Formal, type Module, PROPERTIES, type Property, rowOf, type Written } from "../syntax.ts";

@@ -16,7 +16,16 @@ import {
   withoutLet,
 } from "../error.ts";
 import { type Formals, IMPOSTOR, listsOf, SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
-import { type At, isBuiltIn, type Row, rowOf, type Statement, TRANSFORMS, type Transform, type Written } from "../syntax.ts";
+import {
+  type At,
+  isBuiltIn,
+  type Row,
+  rowOf,
+  type Statement,
+  TRANSFORMS,
+  type Transform,
+  type Written,
+} from "../syntax.ts";
 import { DECLARATIONS, type Given, tidied } from "./cursor.ts";
 import { ExpressionParser, unnamed } from "./expressions.ts";
 
