@@ -285,10 +285,7 @@ it("rolls dice anew behind what is added, and nowhere else", () => {
     "r",
     "last",
   ]);
-  expect(same(heights(text.replace("p(1) r()", "let q = abs(0) r()")))).toEqual([
-    "r",
-    "last",
-  ]);
+  expect(same(heights(text.replace("p(1) r()", "let q = abs(0) r()")))).toEqual(["r", "last"]);
   expect(same(heights(text.replace("rule r() {", "rule r() { let q = random()")))).toEqual(["p", "last"]);
   expect(same(heights(`let q = random() ${text}`))).toEqual(["p"]);
   expect(same(heights(text, new Map([["unused", 2]])))).toEqual(["p"]);
