@@ -73,8 +73,7 @@ fn parameter(text: &str) -> Result<(String, Value), String> {
         let reached = reached("lists inside each other", MAX_LIST_DEPTH.into());
         return Err(format!("the value of `{}` has {reached}", name.trim()));
     }
-    let json = serde_json::from_str(value)
-        .map_err(|cause| format!("{}{}", unread(value), place_in(value, &cause)))?;
+    let json = serde_json::from_str(value).map_err(|cause| format!("{}{}", unread(value), place_in(value, &cause)))?;
     let value = Value::from_json(&json).ok_or_else(|| format!("{} of them", unread(value)))?;
     Ok((name.trim().to_owned(), value))
 }
@@ -172,8 +171,14 @@ mod tests {
             parameter(&list(200)).unwrap_err(),
             "the value of `any` has more than 64 lists inside each other; make it smaller"
         );
-        assert_eq!(parameter("a=tall").unwrap_err(), "`tall` is neither a number nor a list");
-        assert_eq!(parameter("a=[1, {}]").unwrap_err(), "`[1, {}]` is neither a number nor a list of them");
+        assert_eq!(
+            parameter("a=tall").unwrap_err(),
+            "`tall` is neither a number nor a list"
+        );
+        assert_eq!(
+            parameter("a=[1, {}]").unwrap_err(),
+            "`[1, {}]` is neither a number nor a list of them"
+        );
         let long = parameter(&format!("a=[{}x]", "1, ".repeat(500))).unwrap_err();
         assert!(long.contains("from letter 1502 on: `x]`") && long.len() < 200, "{long}");
         for wrong in ["=3", " = 3", "height"] {

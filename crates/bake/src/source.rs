@@ -228,7 +228,12 @@ impl SourceScene {
         let of_models: Vec<Bounds> = self.models.iter().map(of_model).collect();
         let mut all = Bounds::EMPTY;
         for object in &self.objects {
-            let world = |corner| object.world_from_object.transform_point3(DVec3::from_array(corner)).to_array();
+            let world = |corner| {
+                object
+                    .world_from_object
+                    .transform_point3(DVec3::from_array(corner))
+                    .to_array()
+            };
             let own = &of_models[object.model];
             if !own.is_empty() {
                 all = all.union(&Bounds::around(own.corners().map(world)));

@@ -62,7 +62,7 @@ use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 use crate::source::SourceScene;
 use archive::Archive;
-use container::{Format, detect, has_ending, glb_chunks, without_byte_order_mark};
+use container::{Format, detect, glb_chunks, has_ending, without_byte_order_mark};
 use document::{Item, parsed_bytes};
 use limits::Budget;
 use procedural::{Ground, Sowing};

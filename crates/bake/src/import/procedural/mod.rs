@@ -23,8 +23,8 @@ use belvedere_scene::procedural::{
     DcgError, Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow_with, nearest,
 };
 
-use super::uri::relative_path;
 use super::container::has_ending;
+use super::uri::relative_path;
 use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles, is_rules};
 use crate::defect::Defects;
 use crate::progress::{Progress, Stage};

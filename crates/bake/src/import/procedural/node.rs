@@ -154,7 +154,10 @@ fn grow_wanted(wanted: &Json, ground: Ground) -> Read<(SourceScene, Defects)> {
     let Some(path) = named.and_then(relative_path) else {
         return flaw(
             "`procedural` that names no file beside the source: not grown",
-            format!("`procedural` is {}; write the path of a file, as in \"tree.dcg\"", shown(&wanted["procedural"])),
+            format!(
+                "`procedural` is {}; write the path of a file, as in \"tree.dcg\"",
+                shown(&wanted["procedural"])
+            ),
         );
     };
     let told = |what: String| format!("{path}: {what}");
@@ -190,7 +193,10 @@ fn parameters_of(wanted: &Json, told: impl Fn(String) -> String) -> Read<BTreeMa
         None => return Ok(BTreeMap::new()),
         Some(Json::Object(given)) => given,
         Some(other) => {
-            let what = format!("`parameters` is {}; write names and values, as in {{\"height\": 12}}", shown(other));
+            let what = format!(
+                "`parameters` is {}; write names and values, as in {{\"height\": 12}}",
+                shown(other)
+            );
             return flaw(
                 "`parameters` that are not an object of names and values: not grown",
                 told(what),
@@ -201,7 +207,10 @@ fn parameters_of(wanted: &Json, told: impl Fn(String) -> String) -> Read<BTreeMa
     for (name, value) in given {
         let Some(known) = Value::from_json(value) else {
             let what = format!("`{name}` is {}; write a number or a list of numbers", shown(value));
-            return flaw("`parameters` that are not numbers or lists of them: not grown", told(what));
+            return flaw(
+                "`parameters` that are not numbers or lists of them: not grown",
+                told(what),
+            );
         };
         parameters.insert(name.clone(), known);
     }

@@ -100,8 +100,7 @@ impl<'p> Evaluator<'p> {
         for (slot, formal) in call.left(formals) {
             if let Some(default) = &formal.default {
                 let value = self.written(inner, default);
-                self.stack[inner.base + slot] =
-                    value.map_err(|error| self.traced((scope.module, call.at), error))?;
+                self.stack[inner.base + slot] = value.map_err(|error| self.traced((scope.module, call.at), error))?;
             }
         }
         Ok(())

@@ -94,8 +94,7 @@ impl<'p> Evaluator<'p> {
         let body = &self.program.modules[module];
         let name = body.file.rsplit('/').next().unwrap_or_default();
         let part = self.parts.len();
-        self.parts
-            .push(Part::new(stem_of(name), false));
+        self.parts.push(Part::new(stem_of(name), false));
         self.accounts.push(Account {
             has_phase: body.parameters.iter().any(|parameter| parameter.formal.name == PHASE),
             ..Account::default()

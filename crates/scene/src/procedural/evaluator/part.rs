@@ -117,7 +117,9 @@ impl<'p> Evaluator<'p> {
             }
             let placed = placements.iter().rev();
             let placed = placed.map(|child| (child.part, frame.after(&child.frame)));
-            left.extend(placed.filter(|(part, frame)| beyond(&frame.bounds(&self.parts[*part].bounds), declared).is_some()));
+            left.extend(
+                placed.filter(|(part, frame)| beyond(&frame.bounds(&self.parts[*part].bounds), declared).is_some()),
+            );
         }
         None
     }

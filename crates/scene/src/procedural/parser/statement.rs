@@ -160,7 +160,9 @@ impl<'t> Parser<'t> {
                 }
                 let (name, name_at) = self.name(MATERIAL)?;
                 let call = self.call(name, name_at, Wanted::Material)?;
-                return self.behind(word, at).map(|()| Begun::Around(Around::Paint(call), reach));
+                return self
+                    .behind(word, at)
+                    .map(|()| Begun::Around(Around::Paint(call), reach));
             }
             "called" => {
                 self.next += 1;

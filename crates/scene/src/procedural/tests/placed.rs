@@ -23,10 +23,7 @@ fn they_are_in_the_bounds_where_their_boxes_are_known() {
     assert_eq!(parts[1].bounds, held([49.0, 0.0, -0.5], [55.0, 1.0, 0.5]));
     assert_eq!(parts[0].bounds, held([-0.5, 0.0, -55.0], [0.5, 1.0, 0.5]));
     assert_eq!(bounds(&program, &settings, &boxes).unwrap(), parts[0].bounds);
-    assert_eq!(
-        grow(&program, &settings).unwrap().parts[0].bounds.max,
-        [0.5, 1.0, 0.5]
-    );
+    assert_eq!(grow(&program, &settings).unwrap().parts[0].bounds.max, [0.5, 1.0, 0.5]);
 }
 
 #[test]
