@@ -209,7 +209,10 @@ fn a_gltf_node_grows_what_it_names() {
     assert_eq!(imported.scene.objects[4].role, Role::Door);
     assert_eq!(imported.defects.count("rules that cannot be read: not grown"), 1);
     let places: Vec<_> = imported.defects.iter().map(|defect| defect.first.clone()).collect();
-    assert_eq!(places, ["none: \"none.dcg\""]);
+    assert_eq!(
+        places,
+        ["node \"none\", none.dcg: there is no such file; did you mean \"gate.dcg\"?"]
+    );
 
     gltf.json["nodes"][1]["extras"]["belvedere"]["parameters"]["height"] = json!(99);
     let error = read("scene.glb", gltf.glb(), &files).unwrap_err().to_string();
