@@ -19,6 +19,9 @@ pub const PHASE: &str = "phase";
 /// By how much geometry may go beyond what a part declares: rounding to single precision, relative and in metres.
 const SLACK: f64 = 1e-6;
 
+/// Towards where something reaches beyond a box, and how far, metres.
+type Beyond = (&'static str, f64);
+
 impl<'p> Evaluator<'p> {
     pub(super) fn place_part(
         &mut self,
@@ -105,7 +108,7 @@ impl<'p> Evaluator<'p> {
     }
 
     /// Where a glTF file is placed that reaches beyond a box, in a part or in what that places; and how it does.
-    fn model_beyond(&self, part: usize, declared: &Bounds) -> Option<((usize, At), (&'static str, f64))> {
+    fn model_beyond(&self, part: usize, declared: &Bounds) -> Option<((usize, At), Beyond)> {
         let mut left = vec![(part, Affine::IDENTITY)];
         while let Some((part, frame)) = left.pop() {
             let Part { models, placements, .. } = &self.parts[part];
@@ -230,7 +233,7 @@ impl<'p> Evaluator<'p> {
 }
 
 /// Where most of `inner` is outside of `outer`, and how far it reaches out there, in whole millimetres.
-fn beyond(inner: &Bounds, outer: &Bounds) -> Option<(&'static str, f64)> {
+fn beyond(inner: &Bounds, outer: &Bounds) -> Option<Beyond> {
     const TOWARDS: [&str; 6] = ["-x", "-y", "-z", "+x", "+y", "+z"];
     let slack = SLACK * (1.0 + outer.diagonal_m());
     let mut most = slack;
