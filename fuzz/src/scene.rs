@@ -301,7 +301,7 @@ pub(crate) const RULES: Target = Target {
             },
             ..Settings::default()
         };
-        let declared = bounds(&program, &settings);
+        let declared = bounds(&program, &settings, &|_| None);
         // Some 200 bytes for a triangle, a step or a placement, and the longest list for each of the values around.
         match within(256 << 20, || grow(&program, &settings)) {
             Err(error) => class_of_message(&error.to_string()) ^ 1,

@@ -10,7 +10,7 @@ use anyhow::Context;
 use belvedere_bake::{
     glb::write_whole,
     import::{
-        Limits,
+        Limits, is_gltf,
         procedural::{Ground, Growth, Sowing, plant},
     },
     progress::Silent,
@@ -54,12 +54,17 @@ pub(super) struct Report {
     explicit_bytes: u64,
     parts: usize,
     objects: usize,
-    /// Those of every object, and those that are stored.
+    /// Those of every object, of placed glTF files too; and those that the rules made, each part once.
     triangles: u64,
     own_triangles: u64,
     /// Those of the stored ones that have no area and are left out of what is written.
     without_area: u64,
+    /// A box that holds the model, what it has for the bake alone included.
     bounds: Bounds,
+    /// Edges of a box around the objects, metres.
+    size_m: [f64; 3],
+    /// Cells, portals and occluders: no objects.
+    shapes: usize,
     parameters: Vec<String>,
     /// The same with their ranges and defaults, for a person.
     #[serde(skip)]
@@ -87,6 +92,11 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     let limits = Limits::default();
     let read = read_named(&args.file, (limits.memory_bytes, MOST_OF_A_SOURCE))?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
+    anyhow::ensure!(
+        !is_gltf(&read),
+        "cannot grow {name}: this is glTF or an archive, and `grow` takes rules (.dcg); `belvedere inspect` tells what is in it, \
+         `belvedere bake` publishes it, and rules place it with `model`"
+    );
     let Sowing { seed, parameters } = args.sowing.try_into()?;
     let settings = Settings {
         seed,
@@ -131,6 +141,14 @@ pub(super) fn refusal(placed: usize) -> Option<String> {
     })
 }
 
+/// What two boxes that both hold something have in common, which holds it too.
+fn common(a: &Bounds, b: &Bounds) -> Bounds {
+    Bounds {
+        min: std::array::from_fn(|axis| a.min[axis].max(b.min[axis])),
+        max: std::array::from_fn(|axis| a.max[axis].min(b.max[axis])),
+    }
+}
+
 impl Report {
     /// The report of what grew in this time.
     pub(super) fn of(growth: &Growth, settings: &Settings, time: Duration) -> Self {
@@ -139,15 +157,18 @@ impl Report {
         } = growth;
         let usage = grown.usage.of(&settings.limits);
         let placed = scene.placed_triangles();
+        let authored = &scene.authored;
         Self {
             rule_bytes: program.files().map(|(_, text)| text.len()).sum(),
             explicit_bytes: grown.explicit_bytes(),
             parts: scene.models.len(),
             objects: scene.objects.len(),
-            triangles: grown.triangles(),
+            triangles: placed as u64,
             own_triangles: grown.usage.triangles,
             without_area: growth.without_area(),
             bounds: grown.parts[0].bounds,
+            size_m: common(&scene.bounds(), &grown.parts[0].bounds).size_m(),
+            shapes: authored.cells.len() + authored.portals.len() + authored.occluders.len(),
             parameters: program.parameters().map(str::to_owned).collect(),
             parameters_told: program.parameters_told().collect(),
             limits: usage
@@ -164,7 +185,7 @@ impl Report {
     /// The report for a person.
     pub(super) fn sentences(&self, name: &str) -> String {
         let limit = |(what, [used, limit]): &(&str, [u64; 2])| format!("{used} of {limit} {what}");
-        let size = self.bounds.size_m();
+        let size = self.size_m;
         let mut lines = vec![
             format!(
                 "{name}: {} of rules for {} of geometry (12 B a vertex, 6 B a triangle)",
@@ -189,8 +210,14 @@ impl Report {
         }
         if self.without_area > 0 {
             lines.push(format!(
-                "  {} triangles have no area and are left out of what is written",
+                "  {} more triangles have no area and are left out of what is written",
                 self.without_area
+            ));
+        }
+        if self.shapes > 0 {
+            lines.push(format!(
+                "  {} cells, portals and occluders are for the bake and no objects",
+                self.shapes
             ));
         }
         if !self.parameters_told.is_empty() {

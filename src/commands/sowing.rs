@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use belvedere_bake::import::{ImportError, procedural::Sowing};
-use belvedere_scene::procedural::Value;
+use belvedere_scene::procedural::{
+    Value,
+    limits::{MAX_LIST_DEPTH, reached},
+};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct SowingArgs {
@@ -65,9 +68,52 @@ fn parameter(text: &str) -> Result<(String, Value), String> {
     if name.trim().is_empty() {
         return Err("before `=` the name of a parameter is missing; write NAME=VALUE".to_owned());
     }
-    let json = serde_json::from_str(value).map_err(|_| format!("`{value}` is neither a number nor a list"))?;
-    let value = Value::from_json(&json).ok_or_else(|| format!("`{value}` is neither a number nor a list of them"))?;
+    // JSON of lists that are much deeper is not read at all.
+    if deepest(value) > MAX_LIST_DEPTH as usize {
+        let reached = reached("lists inside each other", MAX_LIST_DEPTH.into());
+        return Err(format!("the value of `{}` has {reached}", name.trim()));
+    }
+    let json = serde_json::from_str(value).map_err(|cause| format!("{}{}", unread(value), place_in(value, &cause)))?;
+    let value = Value::from_json(&json).ok_or_else(|| format!("{} of them", unread(value)))?;
     Ok((name.trim().to_owned(), value))
+}
+
+fn unread(value: &str) -> String {
+    format!("`{}` is neither a number nor a list", beginning(value))
+}
+
+/// Where a long value goes wrong.
+fn place_in(value: &str, cause: &serde_json::Error) -> String {
+    let rest = value.get(cause.column().saturating_sub(1)..).unwrap_or_default();
+    if value.len() > MOST_SHOWN && !rest.is_empty() {
+        format!(", from letter {} on: `{}`", cause.column(), beginning(rest))
+    } else {
+        String::new()
+    }
+}
+
+/// Most letters of a value that a message repeats.
+const MOST_SHOWN: usize = 60;
+
+fn beginning(value: &str) -> String {
+    match value.char_indices().nth(MOST_SHOWN) {
+        Some((end, _)) => format!("{}…", &value[..end]),
+        None => value.to_owned(),
+    }
+}
+
+/// Most brackets that are open at once.
+fn deepest(value: &str) -> usize {
+    let (mut open, mut most) = (0_usize, 0);
+    for letter in value.chars() {
+        match letter {
+            '[' => open += 1,
+            ']' => open = open.saturating_sub(1),
+            _ => {}
+        }
+        most = most.max(open);
+    }
+    most
 }
 
 #[cfg(test)]
@@ -115,6 +161,26 @@ mod tests {
             assert!(seed(wrong).unwrap_err().contains("0 to 4294967295"), "{wrong}");
         }
         assert_eq!(parameter("height=12").unwrap().0, "height");
+        let list = |depth: usize| format!("any={}1{}", "[".repeat(depth), "]".repeat(depth));
+        assert!(parameter(&list(64)).is_ok());
+        assert_eq!(
+            parameter(&list(70)).unwrap_err(),
+            "the value of `any` has more than 64 lists inside each other; make it smaller"
+        );
+        assert_eq!(
+            parameter(&list(200)).unwrap_err(),
+            "the value of `any` has more than 64 lists inside each other; make it smaller"
+        );
+        assert_eq!(
+            parameter("a=tall").unwrap_err(),
+            "`tall` is neither a number nor a list"
+        );
+        assert_eq!(
+            parameter("a=[1, {}]").unwrap_err(),
+            "`[1, {}]` is neither a number nor a list of them"
+        );
+        let long = parameter(&format!("a=[{}x]", "1, ".repeat(500))).unwrap_err();
+        assert!(long.contains("from letter 1502 on: `x]`") && long.len() < 200, "{long}");
         for wrong in ["=3", " = 3", "height"] {
             assert!(parameter(wrong).unwrap_err().contains("NAME=VALUE"), "{wrong}");
         }

@@ -39,6 +39,34 @@ fn grow_writes_a_glb_and_says_what_it_took() {
     assert_eq!((glb.nodes().count(), glb.meshes().count()), (6, 3));
     assert!(data.ok(&["grow", &file]).contains("used 1 of 64 levels"));
     assert!(data.ok(&["inspect", &file]).contains("6 objects of 3 models"));
+    // Triangles, objects and size of what is placed, of glTF files too.
+    let yard = data.write(
+        "yard.dcg",
+        "move(-0.5, 0, 0) box(1, 1, 1)\nmove(50, 0, 0) model \"huts.glb\"",
+    );
+    let yard = yard.to_str().expect("UTF-8");
+    let placed: Value = serde_json::from_str(&data.ok(&["grow", yard, "--json"])).expect("JSON");
+    let huts = report["triangles"].as_u64().expect("a number");
+    assert_eq!(
+        (&placed["objects"], &placed["triangles"]),
+        (&7.into(), &(12 + huts).into())
+    );
+    let far = report["bounds"]["max"][0].as_f64().expect("a number") + 50.0;
+    let told = |place: &str| placed.pointer(place).and_then(Value::as_f64).expect("a number");
+    assert!(
+        (told("/bounds/max/0") - far).abs() < 1e-3 && (told("/size_m/0") - far - 1.0).abs() < 1e-3,
+        "{placed}"
+    );
+    let error = data.fails(&["grow", out]);
+    assert!(
+        error.contains("huts.glb: this is glTF or an archive, and `grow` takes rules"),
+        "{error}"
+    );
+    let shouted = data.write("HUTS.DCG", HUT);
+    assert!(
+        data.ok(&["inspect", shouted.to_str().expect("UTF-8")])
+            .contains("6 objects of 3 models")
+    );
     for (argument, wanted) in [
         ("size=99", "`size` is 99; it must be from 2 to 9"),
         ("sise=3", "did you mean `size`?"),
@@ -85,7 +113,7 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
     let flat = data.write("flat.dcg", "box(0, 0, 0) box(1, 1, 1)");
     let said = data.ok(&["grow", flat.to_str().expect("UTF-8")]);
     assert!(
-        said.contains("24 triangles in") && said.contains("  12 triangles have no area and are left out"),
+        said.contains("  12 triangles in") && said.contains("  12 more triangles have no area and are left out"),
         "{said}"
     );
     let dense = data.write(

@@ -12,6 +12,7 @@ export type { Bounds, Vec3 } from "./geometry.ts";
 export { DocumentError } from "./json.ts";
 export type { Decoded, ModelHost } from "./modelloads.ts";
 export type { PlacedObject, Uses } from "./objects.ts";
+export * as procedural from "./procedural/index.ts";
 export type { Progress } from "./progress.ts";
 export { fetchSceneList, PublishedScene } from "./published.ts";
 export { RequestLog } from "./requestlog.ts";

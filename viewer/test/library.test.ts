@@ -28,4 +28,11 @@ it("the example runs in Node, with the core by its name in the package", async (
   } finally {
     server.close();
   }
+  const grown = async (...args: string[]) => {
+    const rules = join(VIEWER, "../content/tree.dcg");
+    return promisify(execFile)(process.execPath, ["examples/grow.mjs", rules, ...args], { cwd: VIEWER });
+  };
+  const { stdout } = await grown("seed=3", "height=12");
+  expect(stdout).toMatch(/^[1-9]\d* triangles of \d+ parts, up to 1\d\.\d\d m high\n$/);
+  await expect(grown("hieght=12")).rejects.toMatchObject({ stderr: expect.stringContaining("did you mean `height`?") });
 });

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use belvedere_scene::Bounds;
 use belvedere_scene::impostor::Wish;
 use belvedere_scene::procedural::Recipe;
 use glam::{DMat3, DMat4, DVec3};
@@ -215,6 +216,30 @@ impl SourceScene {
     pub fn placed_triangles(&self) -> usize {
         let of_models: Vec<usize> = self.models.iter().map(SourceModel::triangle_count).collect();
         self.objects.iter().map(|object| of_models[object.model]).sum()
+    }
+
+    /// A box that holds all objects: around the boxes of their models as they stand.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let of_model = |model: &SourceModel| {
+            let positions = model.primitives.iter().flat_map(|primitive| &primitive.positions);
+            Bounds::around(positions.map(|position| position.map(f64::from)))
+        };
+        let of_models: Vec<Bounds> = self.models.iter().map(of_model).collect();
+        let mut all = Bounds::EMPTY;
+        for object in &self.objects {
+            let world = |corner| {
+                object
+                    .world_from_object
+                    .transform_point3(DVec3::from_array(corner))
+                    .to_array()
+            };
+            let own = &of_models[object.model];
+            if !own.is_empty() {
+                all = all.union(&Bounds::around(own.corners().map(world)));
+            }
+        }
+        all
     }
 }
 

@@ -44,6 +44,10 @@ fn too_much(what: &str) -> String {
     let polygon = |corners: usize| (0..corners).map(|i| format!("[{i}, {}],", i * i)).collect::<String>();
     match what {
         "calls inside each other" => "rule a() { a() } a()".to_owned(),
+        "the same, where a function is called" => "function f(x) = f(x) let a = f(1)".to_owned(),
+        "transforms, loops and conditions around one another in a text, `else if` too" => {
+            format!("{}box(1, 1, 1)", "move(1, 0, 0) ".repeat(257))
+        }
         "calls, blocks and expressions inside each other" => {
             format!("rule a() {} a() {} a()", "{".repeat(20), "}".repeat(20))
         }

@@ -100,7 +100,7 @@ fn try_text(text: &str, loader: &dyn Loader) -> Result<(), TestCaseError> {
     let Ok(program) = Program::read("test.dcg", text.to_owned(), loader) else {
         return Ok(());
     };
-    let declared = bounds(&program, &settings());
+    let declared = bounds(&program, &settings(), &|_| None);
     let Ok(grown) = grow(&program, &settings()) else {
         return Ok(());
     };

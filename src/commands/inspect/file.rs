@@ -45,7 +45,7 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
         limits: &limits,
         progress: &Silent,
     };
-    let (imported, growth) = if name.ends_with(".dcg") {
+    let (imported, growth) = if import::is_rules(&name) {
         let settings = Settings::default();
         let started = Instant::now();
         let growth = plant(&name, bytes_read, &settings, ground).with_context(|| format!("cannot grow {name}"))?;

@@ -4,6 +4,16 @@ import { nearest } from "./spelling.ts";
 /** Longest part of a line that an error repeats, characters. */
 const MOST_SHOWN = 120;
 
+/** Most callers that an error names. */
+const MOST_CALLERS = 3;
+
+/** A place in a file. Line and column count from 1. */
+export interface Caller {
+  readonly file: string;
+  readonly line: number;
+  readonly column: number;
+}
+
 /** Something wrong at a place of a text that is not told yet: the parser knows one file only. */
 export class Fault extends Error {
   constructor(
@@ -21,6 +31,8 @@ export class Fault extends Error {
  */
 export class DcgError extends Error {
   override readonly name = "DcgError";
+  /** The calls that led there, the innermost first, and not all of many. */
+  readonly callers: Caller[] = [];
 
   private constructor(
     readonly file: string,
@@ -43,6 +55,16 @@ export class DcgError extends Error {
     const { line, column, text } = placeOf(whole, place);
     const shown = [...text.replace(/^[ \t]+|[ \t]+$/g, "")].slice(0, MOST_SHOWN).join("");
     return new DcgError(file, line, column, shown, problem);
+  }
+
+  /** Notes a call in which it happened, unless that is the place which was named last, as where a recursion has no end. */
+  addCaller(file: string, whole: string, at: number): void {
+    if (this.callers.length === MOST_CALLERS) return;
+    const { line, column } = placeOf(whole, at);
+    const last = this.callers.at(-1) ?? this;
+    if (last.file === file && last.line === line && last.column === column) return;
+    this.callers.push({ file, line, column });
+    this.message += `\n    called from line ${line}, column ${column} of ${printable(file)}`;
   }
 }
 
@@ -229,6 +251,14 @@ export function outOfRange(what: string, value: number, min: number, max: number
 /** A number as Rust writes it. */
 export function shown(number: number): string {
   return `${number}`.replace("e+", "e");
+}
+
+export const NO_FILE = 'no file is named here; write its path from the folder of the first file, as in `"tree.dcg"`';
+
+/** Of a face with a corner that is no point. */
+export function noPoint(face: number, corner: number, points: number): string {
+  const counts = `there are ${points} points; faces and points are counted from 0`;
+  return `face ${face} has a corner ${shown(corner)}, and ${counts}`;
 }
 
 export const DIVISION_BY_ZERO = "division by zero; test the divisor with `if` before";

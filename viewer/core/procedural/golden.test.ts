@@ -149,8 +149,73 @@ it("imports a file once, however it is written", () => {
     asked.push(path);
     return "box(1, 1, 1)";
   };
-  readProgram("test.dcg", 'import "./a.dcg" as a import "a.dcg" as b a() b()', load);
+  const paths = ["./a.dcg", "a.dcg", "sub/../a.dcg", "./sub/./deep/../../a.dcg"];
+  const calls = paths.map((path, i) => `import "${path}" as a${i} a${i}()`);
+  readProgram("test.dcg", calls.join("\n"), load);
   expect(asked).toEqual(["a.dcg"]);
+});
+
+/** The same in Rust: `crates/scene/src/procedural/tests/placed.rs`. */
+describe("glTF files that are placed", () => {
+  const boxes = new Map<string, Bounds>([["bench.glb", { min: [-1, 0, -0.5], max: [5, 1, 0.5] }]]);
+  const models = (path: string) => boxes.get(path);
+  const program = (text: string) => readProgram("test.dcg", text, () => "");
+
+  it("are in the bounds where their boxes are known", () => {
+    const text = 'part p() { move(50, 0, 0) model "bench.glb" model "unknown.glb" } box(1, 1, 1) turn(90) p()';
+    const { parts } = grow(program(text), { models });
+    expect(parts[1]?.bounds).toEqual({ min: [49, 0, -0.5], max: [55, 1, 0.5] });
+    expect(parts[0]?.bounds).toEqual({ min: [-0.5, 0, -55], max: [0.5, 1, 0.5] });
+    expect(grow(program(text)).parts[0]?.bounds.max).toEqual([0.5, 1, 0.5]);
+  });
+
+  it.each([
+    [
+      'part p() within [0, 0, 0] to [1, 1, 1] {\n  move(50, 0, 0) model "bench.glb"\n}\np()',
+      "test.dcg, line 2, column 18: part `p` reaches 54 m beyond what it declares with `within`, towards +x; widen that\n" +
+        '    move(50, 0, 0) model "bench.glb"\n    called from line 4, column 1 of test.dcg',
+    ],
+    [
+      'part q() { model "bench.glb" }\npart p() within [-1, 0, -1] to [4, 1, 1] { box(1, 1, 1) called "x" q() }\np()',
+      "test.dcg, line 1, column 12: part `p` reaches 1 m beyond what it declares with `within`, towards +x; widen that\n" +
+        '    part q() { model "bench.glb" }\n    called from line 3, column 1 of test.dcg',
+    ],
+    [
+      'part p() within [-1, 0, -1] to [5, 1, 1] { model "bench.glb" box(1, 2, 1) } p()',
+      "test.dcg, line 1, column 6: part `p` reaches 1 m beyond what it declares with `within`, towards +y; widen that\n" +
+        '    part p() within [-1, 0, -1] to [5, 1, 1] { model "bench.glb" box(1, 2, 1) } p()\n' +
+        "    called from line 1, column 77 of test.dcg",
+    ],
+  ])("must lie in what a part declares: %s", (text, said) => {
+    let found: unknown;
+    try {
+      grow(program(text), { models });
+    } catch (error) {
+      found = error;
+    }
+    expect((found as DcgError).message).toBe(said);
+    expect(grow(program(text.replace("box(1, 2, 1)", ""))).parts.length).toBeGreaterThan(1);
+  });
+});
+
+/** The same in Rust: `crates/scene/src/procedural/tests/bounded.rs`. */
+it("takes long rows of transforms and chains of conditions, and as many brackets as it says", () => {
+  const grownOf = (text: string) => grow(readProgram("test.dcg", text, () => ""));
+  const row = grownOf(`${"move(1, 0, 0) ".repeat(256)}box(1, 1, 1)`);
+  expect(row.parts[0]?.bounds.max).toEqual([256.5, 1, 0.5]);
+  const chain = (one: (i: number) => string) => Array.from({ length: 256 }, (_, i) => one(i)).join(" else ");
+  const statement = `rule r(a) { ${chain((i) => `if a == ${i} box(1, ${i} + 1, 1)`)} }`;
+  expect(grownOf(`${statement} r(255)`).parts[0]?.bounds.max[1]).toBe(256);
+  const value = `function f(a) = ${chain((i) => `if a == ${i} then ${i} + 1`)} else 0`;
+  expect(grownOf(`${value} box(1, f(255), 1)`).parts[0]?.bounds.max[1]).toBe(256);
+  const braces = (count: number) => `${"{".repeat(count)}box(1, 1, 1)${"}".repeat(count)}`;
+  expect(grownOf(braces(95)).usage.triangles).toBe(12);
+  expect(() => grownOf(braces(96))).toThrow("more than 96 brackets");
+  const inCalls = `rule r(n) { ${"move(1, 0, 0) ".repeat(250)} { if n > 0 r(n - 1) } } r(99)`;
+  expect(() => grownOf(inCalls)).toThrow("more than 640 levels of nesting");
+  const dangling = "rule r(a, b) { if a if b box(1, 1, 1) else box(1, 2, 1) else box(1, 3, 1) } r(1, 0)";
+  expect(grownOf(dangling).parts[0]?.bounds.max[1]).toBe(2);
+  expect(grownOf(dangling.replace("r(1, 0)", "r(0, 0)")).parts[0]?.bounds.max[1]).toBe(3);
 });
 
 it("grows a part alone as it is in the whole", () => {
@@ -195,6 +260,37 @@ it("refuses lists that are too deep, however they were put together", () => {
   const nested = (depth: number) => JSON.parse(`${"[".repeat(depth)}1${"]".repeat(depth)}`);
   expect(valueFromJson(nested(64))).toMatchObject({ depth: 64 });
   expect(valueFromJson(nested(65))).toBeUndefined();
+});
+
+/** As docs/PROCEDURAL.md says, "What keeps its dice". */
+it("rolls dice anew behind what is added, and nowhere else", () => {
+  const height = (text: string, name: string, parameters = new Map<string, Value>()) => {
+    const { parts } = grow(
+      readProgram("test.dcg", text, () => ""),
+      { parameters },
+    );
+    return parts.filter((part) => part.name === name).map(({ bounds }) => bounds.max[1]);
+  };
+  const called = (name: string) => `called "${name}" box(1, random(), 1)`;
+  const inner = `rule inner() { ${called("inner")} }`;
+  const text = `parameter unused = 1 part p(n) { box(1, random(), 1) } ${inner} rule r() { ${called("r")} } p(1) r() ${called("last")}`;
+  const named = ["p", "r", "last"] as const;
+  const heights = (text: string, given?: Map<string, Value>) => named.map((name) => height(text, name, given)[0]);
+  const before = heights(text);
+  const same = (after: readonly unknown[]) => named.filter((_, i) => after[i] === before[i]);
+  expect(same(heights(`${text} sphere(random())`))).toEqual(["p", "r", "last"]);
+  expect(same(heights(text.replace("p(1) r()", "p(1) r() let q = sin(1)")))).toEqual(["p", "r"]);
+  expect(same(heights(text.replace("p(1) r()", "move(1, 0, 0) { p(1) } box(1, 0, 1) r()")))).toEqual([
+    "p",
+    "r",
+    "last",
+  ]);
+  expect(same(heights(text.replace("p(1) r()", "let q = abs(0) r()")))).toEqual(["r", "last"]);
+  expect(same(heights(text.replace("rule r() {", "rule r() { let q = random()")))).toEqual(["p", "last"]);
+  expect(same(heights(`let q = random() ${text}`))).toEqual(["p"]);
+  expect(same(heights(text, new Map([["unused", 2]])))).toEqual(["p"]);
+  const turns = (count: number) => height(`for i in ${count} ${called("turn")}`, "turn");
+  expect(turns(9).slice(0, 5)).toEqual(turns(5));
 });
 
 /** The same numbers in every run, up to `below`. */

@@ -25,7 +25,7 @@ export interface Part {
   readonly viewpoints: { readonly name: string; readonly frame: Affine }[];
   /** What pictures it asks for, to be drawn with from far away. */
   impostor?: Wish;
-  /** A box that holds it and all that it places, but for glTF files. */
+  /** A box that holds it and all that it places: of glTF files those whose boxes were given. */
   bounds: Bounds;
 }
 

@@ -7,6 +7,8 @@ export const MAX_MODULES = 256;
 /** Most letters of a name. */
 export const MAX_NAME = 255;
 export const MAX_NESTING = 96;
+/** Most transforms, loops and conditions around one another in a text: they need no brackets. */
+export const MAX_AROUND = 256;
 /** Most operators in a row. */
 export const MAX_CHAIN = 64;
 /** Most words of code that are made of one file, so that they take no more memory than its text may. */
@@ -57,10 +59,14 @@ export const LIMITS: Readonly<Amounts> = {
 
 const WAYS_OUT: Readonly<Record<string, string>> = {
   "brackets and blocks inside each other": "give a part of it a name, with `let`, `rule` or `function`",
+  "transforms, loops and conditions around one another":
+    "put what is inside into a `rule` or `function`, or `choose` by a number",
   "operators in a row": "compute a part of it before, with `let`",
   "letters in a name": "choose a shorter one",
   "numbers kept": "give parts, materials and files fewer different lists, and use shorter names",
   levels: "stop the recursion earlier, with `if` or `levels`",
+  "levels of calls, those of functions too":
+    "stop the recursion earlier, with `if`, or let each call halve what is left",
   "levels of nesting": "stop the recursion earlier, with `if` or `levels`",
   steps: "repeat less, or grow it with less detail",
   triangles: "use fewer sides or steps, or a `part` for what is repeated",

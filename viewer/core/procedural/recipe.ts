@@ -22,8 +22,8 @@ export interface GrownModel {
   readonly materials: readonly Surface[];
 }
 
-/** The name under which the rules are imported; none of theirs can be called so, because it is no file name. */
-const RULES = "";
+/** The name under which the rules are imported; none of theirs can be called so: no file beside a source has a colon in its name. */
+const RULES = ":";
 const IMPORT = `import "${RULES}" as rules`;
 
 /** Rules that were read once, for many models. */

@@ -43,6 +43,12 @@ const OTHERS: [(&[u8], &str); 20] = [
     (b"\xFF\xD8\xFF", "a JPEG picture"),
 ];
 
+/// Whether a file's name ends so, in whatever case.
+pub(super) fn has_ending(file_name: &str, ending: &str) -> bool {
+    let found = file_name.rsplit_once('.');
+    found.is_some_and(|(_, found)| found.eq_ignore_ascii_case(ending))
+}
+
 /// Finds out what a file is.
 pub(super) fn detect(file_name: &str, bytes: &[u8]) -> Format {
     if bytes.starts_with(b"glTF") {

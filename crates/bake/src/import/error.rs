@@ -93,14 +93,6 @@ pub enum ImportError {
     /// Rules that are wrong.
     #[error("{0}")]
     Rules(#[from] Box<DcgError>),
-    /// Rules that are wrong, or are given wrong parameters, in a node of a glTF file.
-    #[error("node \"{node}\", {error}")]
-    RulesOfNode {
-        /// The node.
-        node: String,
-        /// What is wrong.
-        error: Box<DcgError>,
-    },
     /// A seed or parameters for something that does not grow.
     #[error("a seed and parameters are for rules (.dcg), and {file} is none: leave them out")]
     NoRules {

@@ -34,6 +34,13 @@ pub(super) fn note_unknown(root: &Item, defects: &mut Defects) {
                 defects.note("`extras.belvedere` that is no object: ignored", 1, owner);
                 continue;
             };
+            if what == "node" && !members.contains_key("procedural") {
+                for name in ["parameters", "seed"] {
+                    let kind = "`parameters` or `seed` without `procedural`, which names the rules: ignored";
+                    let is_there = u64::from(members.contains_key(name));
+                    defects.note(kind, is_there, || format!("{}: \"{name}\"", owner()));
+                }
+            }
             for name in members.keys().filter(|name| !known.contains(&name.as_str())) {
                 let meant = nearest(name, known.iter().copied());
                 defects.note(unknown(meant.as_deref()), 1, || match &meant {

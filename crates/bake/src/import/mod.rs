@@ -62,7 +62,7 @@ use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 use crate::source::SourceScene;
 use archive::Archive;
-use container::{Format, detect, glb_chunks, without_byte_order_mark};
+use container::{Format, detect, glb_chunks, has_ending, without_byte_order_mark};
 use document::{Item, parsed_bytes};
 use limits::Budget;
 use procedural::{Ground, Sowing};
@@ -154,12 +154,24 @@ pub fn import(
 /// # Errors
 /// As [`import`], and when the file is no rules but something is given for them.
 pub fn import_sown(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Ground) -> Result<Imported, ImportError> {
-    if *sowing != Sowing::default() && !file_name.ends_with(".dcg") {
+    if *sowing != Sowing::default() && !is_rules(file_name) {
         return Err(ImportError::NoRules {
             file: file_name.to_owned(),
         });
     }
     import_on(ground, file_name, bytes, Asker::Source(sowing))
+}
+
+/// Whether a file is taken for rules: by its name, since any text may be some.
+#[must_use]
+pub fn is_rules(file_name: &str) -> bool {
+    has_ending(file_name, "dcg")
+}
+
+/// Whether what a file begins with is glTF's, or an archive's, which may hold it.
+#[must_use]
+pub fn is_gltf(bytes: &[u8]) -> bool {
+    matches!(detect("", bytes), Format::Glb | Format::Json | Format::Zip)
 }
 
 /// Who asks for a file.
@@ -174,11 +186,11 @@ enum Asker<'a> {
 fn import_on(ground: Ground, file_name: &str, bytes: Vec<u8>, asker: Asker) -> Result<Imported, ImportError> {
     let mut budget = Budget::new(ground.limits);
     budget.claim(bytes.len(), 1, || file_name.to_owned())?;
-    if file_name.ends_with(".plan") {
+    if has_ending(file_name, "plan") {
         return read_plan(&bytes, ground.progress);
     }
     let nodes_grow = match asker {
-        Asker::Source(sowing) if file_name.ends_with(".dcg") => {
+        Asker::Source(sowing) if is_rules(file_name) => {
             return procedural::read(file_name, bytes, sowing, ground);
         }
         Asker::Source(_) => true,

@@ -7,6 +7,20 @@ use super::problem::Problem;
 /// Longest part of a line that an error repeats, characters.
 const MOST_SHOWN: usize = 120;
 
+/// Most callers that an error names.
+const MOST_CALLERS: usize = 3;
+
+/// A call that led to what is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Caller {
+    /// The file, as it was imported.
+    pub file: String,
+    /// Line in its text.
+    pub line: usize,
+    /// Character in the line.
+    pub column: usize,
+}
+
 /// Why a procedural model was refused. Line and column count from 1, columns in characters; both are 0 where no place of the
 /// text is wrong but what it was given.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +35,8 @@ pub struct DcgError {
     pub text: String,
     /// What is wrong there.
     pub problem: Problem,
+    /// The calls that led there, the innermost first, and not all of many.
+    pub callers: Vec<Caller>,
 }
 
 impl fmt::Display for DcgError {
@@ -31,17 +47,20 @@ impl fmt::Display for DcgError {
             column,
             text,
             problem,
+            callers,
         } = self;
         let told = match line {
             0 => problem.to_string(),
             _ => format!("{file}, line {line}, column {column}: {problem}"),
         };
         f.write_str(&printable(&told))?;
-        if text.is_empty() {
-            Ok(())
-        } else {
-            write!(f, "\n    {}", printable(text))
+        if !text.is_empty() {
+            write!(f, "\n    {}", printable(text))?;
         }
+        callers.iter().try_for_each(|Caller { file, line, column }| {
+            let file = printable(file);
+            write!(f, "\n    called from line {line}, column {column} of {file}")
+        })
     }
 }
 
@@ -88,7 +107,33 @@ impl DcgError {
             column,
             text: text.trim_matches(BLANKS).chars().take(MOST_SHOWN).collect(),
             problem,
+            callers: Vec::new(),
         })
+    }
+
+    /// Notes a call in which it happened, unless that is the place which was named last, as where a recursion has no end.
+    pub(super) fn add_caller(&mut self, file: &str, source: &str, at: u32) {
+        let Place { line, column, .. } = Place::of(source, at);
+        let last = self.callers.last();
+        let last = last.map_or((self.file.as_str(), self.line, self.column), |last| {
+            (last.file.as_str(), last.line, last.column)
+        });
+        if self.callers.len() < MOST_CALLERS && last != (file, line, column) {
+            let file = file.to_owned();
+            self.callers.push(Caller { file, line, column });
+        }
+    }
+
+    /// The same where its files lie in a folder that is named too.
+    #[must_use]
+    pub fn below(mut self: Box<Self>, folder: &str) -> Box<Self> {
+        if !folder.is_empty() {
+            let callers = self.callers.iter_mut().map(|caller| &mut caller.file);
+            for file in callers.chain([&mut self.file]) {
+                *file = format!("{folder}/{file}");
+            }
+        }
+        self
     }
 
     /// An error in what a file was given, which says itself which file that is.
@@ -99,6 +144,7 @@ impl DcgError {
             column: 0,
             text: String::new(),
             problem,
+            callers: Vec::new(),
         })
     }
 

@@ -36,7 +36,7 @@ pub struct Part {
     pub models: Vec<(String, Affine)>,
     /// Where one may look from; along −z, with +y up.
     pub viewpoints: Vec<(String, Affine)>,
-    /// A box that holds it and all that it places, but for glTF files.
+    /// A box that holds it and all that it places: of glTF files those whose boxes were given.
     pub bounds: Bounds,
 }
 

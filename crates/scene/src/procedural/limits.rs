@@ -10,8 +10,10 @@ pub const MAX_ALL_TEXT_BYTES: usize = 4 << 20;
 pub const MAX_MODULES: usize = 256;
 /// Most letters of a name.
 pub const MAX_NAME: usize = 255;
-/// Most blocks, brackets and operators inside each other in a text.
+/// Most blocks, brackets and signs inside each other in a text.
 pub const MAX_NESTING: u32 = 96;
+/// Most transforms, loops and conditions around one another in a text: they need no brackets.
+pub const MAX_AROUND: u32 = 256;
 /// Most numbers in one list, those of lists inside of it included.
 pub const MAX_LIST: usize = 1 << 16;
 /// Most lists inside each other in a value.
@@ -112,9 +114,15 @@ impl Usage {
 pub fn reached(what: &'static str, limit: u64) -> Problem {
     let way_out = match what {
         "brackets and blocks inside each other" => "give a part of it a name, with `let`, `rule` or `function`",
+        "transforms, loops and conditions around one another" => {
+            "put what is inside into a `rule` or `function`, or `choose` by a number"
+        }
         "operators in a row" => "compute a part of it before, with `let`",
         "letters in a name" => "choose a shorter one",
         "numbers kept" => "give parts, materials and files fewer different lists, and use shorter names",
+        "levels of calls, those of functions too" => {
+            "stop the recursion earlier, with `if`, or let each call halve what is left"
+        }
         "levels" | "levels of nesting" => "stop the recursion earlier, with `if` or `levels`",
         "steps" => "repeat less, or grow it with less detail",
         "triangles" => "use fewer sides or steps, or a `part` for what is repeated",

@@ -37,8 +37,8 @@ mod tests;
 mod value;
 mod wording;
 
-pub use error::DcgError;
-pub use evaluator::{PHASE, Settings, bounds, grow};
+pub use error::{Caller, DcgError};
+pub use evaluator::{Boxes, PHASE, Settings, bounds, grow, grow_with};
 pub use grown::{Grown, Instance, Part, Placement, Surface};
 pub use limits::{Limits, Usage};
 pub use link::{Loader, NoImports, Program};

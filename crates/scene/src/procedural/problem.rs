@@ -234,6 +234,9 @@ pub enum Problem {
     /// A file that imports itself.
     #[error("\"{0}\" imports itself, directly or through others; move what both need to a third file")]
     ImportCycle(String),
+    /// A file without a name.
+    #[error("no file is named here; write its path from the folder of the first file, as in `\"tree.dcg\"`")]
+    NoFile,
     /// A glTF file that cannot be placed.
     #[error("\"{path}\" cannot be placed: {reason}")]
     Model {
@@ -280,6 +283,17 @@ pub enum Problem {
         index: f64,
         /// How many items there are.
         count: usize,
+    },
+    /// A face with a corner that is no point.
+    #[error("face {face} has a corner {corner}, and there are {points} points; faces and points are counted from 0",
+        corner = shown(*.corner))]
+    NoPoint {
+        /// The face.
+        face: usize,
+        /// What is no number of a point.
+        corner: f64,
+        /// How many there are.
+        points: usize,
     },
     /// A value outside of its range.
     #[error("{what} is {value}; it must be from {min} to {max}", value = shown(*.value), min = shown(*.min), max = shown(*.max))]

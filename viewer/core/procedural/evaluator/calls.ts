@@ -27,8 +27,12 @@ export abstract class Calls extends Parts {
   }
 
   private enterRule(scope: Scope, turtle: Turtle, call: Call, rule: Rule, inner: Scope): void {
-    if (rule.isPart) this.placePart(scope, call, turtle, rule, inner);
-    else this.visitRule(turtle, rule, call.index, inner);
+    try {
+      if (rule.isPart) this.placePart(scope, call, turtle, rule, inner);
+      else this.visitRule(turtle, rule, call.index, inner);
+    } catch (error) {
+      throw this.addCaller(scope.module, call.at, error);
+    }
     this.stack.close(inner.base);
   }
 }

@@ -11,7 +11,7 @@ import type { Scope } from "../plain/machine.ts";
 import type { At, Statement } from "../syntax.ts";
 import type { Value } from "../value.ts";
 import { Places } from "./places.ts";
-import type { Turtle } from "./state.ts";
+import type { Boxes, Turtle } from "./state.ts";
 
 /** What can be chosen besides the text. */
 export interface Settings {
@@ -21,6 +21,11 @@ export interface Settings {
   readonly detail?: number;
   /** Values for parameters of the first file. */
   readonly parameters?: ReadonlyMap<string, Value>;
+  /**
+   * The box around each glTF file that the rules place, by the path that they give. Those whose box is given are in the bounds
+   * of what places them, and must lie in what a part declares.
+   */
+  readonly models?: Boxes;
   /** What may be taken; what is not said is as by default. */
   readonly limits?: Readonly<Partial<Amounts>>;
 }
@@ -29,7 +34,9 @@ export interface Settings {
 export function grow(program: Program, settings: Settings = {}): Grown {
   const limits = { ...LIMITS, ...settings.limits };
   const detail = Math.min(settings.detail ?? FINEST, FINEST);
-  return new Evaluator(program, (settings.seed ?? 0) | 0, detail, limits).grow(settings.parameters ?? new Map());
+  const boxes = settings.models ?? (() => undefined);
+  const evaluator = new Evaluator(program, (settings.seed ?? 0) | 0, detail, limits, boxes);
+  return evaluator.grow(settings.parameters ?? new Map());
 }
 
 class Evaluator extends Places {
@@ -91,7 +98,7 @@ class Evaluator extends Places {
       case "model":
         this.countPlacements(scope, statement.at, 1);
         this.keepName(scope.module, statement.at, statement.path);
-        this.growing(this.part).models.push({ path: statement.path, frame: this.turtles.frame(turtle) });
+        this.addModel(scope, turtle, statement);
         return;
       case "for":
         this.repeat(scope, turtle, statement);

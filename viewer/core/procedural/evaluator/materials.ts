@@ -33,7 +33,8 @@ export abstract class Materials extends Modules {
       const limit = this.limits.materials;
       if (this.materials.length >= limit) throw this.error(scope.module, call.at, reached("materials", limit));
       this.keep(scope.module, call.at, KEY_NUMBERS + sizesOf(args));
-      known.index = this.materials.push(this.computedSurface(inner, rule)) - 1;
+      const surface = this.traced(scope.module, call.at, () => this.computedSurface(inner, rule));
+      known.index = this.materials.push(surface) - 1;
     }
     this.stack.close(inner.base);
     return known.index;

@@ -44,22 +44,26 @@ export abstract class Modules extends Terminals {
   }
 
   /** One level deeper. */
-  protected deeper(scope: Scope, at: At): number {
+  protected deeper(scope: Scope, at: At, what = "levels"): number {
     const depth = scope.depth + 1;
     if (depth > this.usage.levels) this.usage.levels = depth;
-    if (depth > this.limits.levels) throw this.error(scope.module, at, reached("levels", this.limits.levels));
+    if (depth > this.limits.levels) throw this.error(scope.module, at, reached(what, this.limits.levels));
     return depth;
   }
 
   protected override apply(scope: Scope, index: number): Value {
     const call = this.called(scope, index);
-    const depth = this.deeper(scope, call.at);
+    const depth = this.deeper(scope, call.at, "levels of calls, those of functions too");
     const rule = this.module(call.module).functions[call.index];
     if (!rule) throw new Error("a function call leads to a function");
     const inner = this.bound(scope, call, rule, depth, step(scope.path, call.site));
-    const value = this.value(inner, rule.value.at, rule.value.of);
-    this.stack.close(inner.base);
-    return value;
+    try {
+      return this.value(inner, rule.value.at, rule.value.of);
+    } catch (error) {
+      throw this.addCaller(scope.module, call.at, error);
+    } finally {
+      this.stack.close(inner.base);
+    }
   }
 
   /** Puts a frame on the stack: arguments as the caller computes them, then defaults. */
@@ -69,13 +73,17 @@ export abstract class Modules extends Terminals {
     const base = stack.open(slots);
     const inner: Scope = { module: call.module, instance, base, path, depth, level: 0 };
     this.bindArguments(scope, call, base);
-    this.bindDefaults(inner, call, formals);
+    this.bindDefaults(scope, inner, call, formals);
     return inner;
   }
 
-  private bindDefaults(inner: Scope, call: Call, formals: readonly Formal[]): void {
-    for (const slot of notGiven(call, formals)) {
-      this.keepSingle(inner, formals[slot]?.initial as Row, inner.base + slot);
+  private bindDefaults(scope: Scope, inner: Scope, call: Call, formals: readonly Formal[]): void {
+    try {
+      for (const slot of notGiven(call, formals)) {
+        this.keepSingle(inner, formals[slot]?.initial as Row, inner.base + slot);
+      }
+    } catch (error) {
+      throw this.addCaller(scope.module, call.at, error);
     }
   }
 
@@ -88,7 +96,7 @@ export abstract class Modules extends Terminals {
     for (let i = 0; i < call.slots.length; i += 1) {
       stack.numbers[base + (call.slots[i] as number)] = stack.numbers[first + i] as number;
     }
-    this.bindDefaults(inner, call, formals);
+    this.bindDefaults(scope, inner, call, formals);
     return inner;
   }
 
@@ -125,7 +133,7 @@ export abstract class Modules extends Terminals {
     const own: Value[] = [];
     let known = this.knownInstances.at(module);
     parameters.forEach((parameter, slot) => {
-      const { value, place } = given[slot] ?? this.ownValue(scope, parameter);
+      const { value, place } = given[slot] ?? this.tracedTo(caller, () => this.ownValue(scope, parameter));
       this.checkRange(scope, parameter, value, place);
       scope.path = stepValue(scope.path, value);
       known = known.of(value);
@@ -139,13 +147,18 @@ export abstract class Modules extends Terminals {
       return { instance: known.index, path: scope.path };
     }
     globals.forEach((global, i) => {
-      const value = this.single(scope, global.value);
+      const value = this.tracedTo(caller, () => this.single(scope, global.value));
       this.keep(module, global.at, sizeOf(value));
       values.set(parameters.length + i, value);
     });
     this.keep(place.module, place.at, 2 + sizesOf(own));
     known.index = instance;
     return { instance, path: scope.path };
+  }
+
+  /** Runs what a call leads to, if it is one. */
+  private tracedTo<T>(caller: Place | undefined, run: () => T): T {
+    return caller ? this.traced(caller.module, caller.at, run) : run();
   }
 
   private ownValue(scope: Scope, { formal: { at, initial } }: Parameter): Given {

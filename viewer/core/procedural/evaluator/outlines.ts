@@ -2,6 +2,7 @@
  * Which points and faces do the lists of a solid say? They are put into buffers that all solids share; those that are
  * written out in the text are computed at one go, without making lists of them.
  */
+import { noPoint } from "../error.ts";
 import { MAX_CORNERS } from "../limits.ts";
 import { type Code, isEmpty, RESULTS } from "../plain/code.ts";
 import { WIDTH } from "../plain/columns.ts";
@@ -78,11 +79,13 @@ export abstract class Outlines extends Expressions {
       return this.faces;
     }
     this.faces.clear();
-    for (const face of this.listed(scope, row).items) {
+    const at = row.places[0] as At;
+    for (const [number, face] of this.listed(scope, row).items.entries()) {
       for (const corner of typeof face === "number" ? [undefined] : face.items) {
-        if (typeof corner !== "number" || !(corner >= 0 && corner < points)) {
-          throw this.shape(scope, row.places[0] as At, "a face", "a list of numbers of points, counted from 0");
+        if (typeof corner !== "number") {
+          throw this.shape(scope, at, "a face", "a list of numbers of points, counted from 0");
         }
+        if (!(corner >= 0 && corner < points)) throw this.error(scope.module, at, noPoint(number, corner, points));
         this.faces.add(corner);
       }
       this.faces.end();

@@ -1,5 +1,5 @@
 /** What is shared? Parts and files are pieces of their own, made once for equal calls. As `crates/scene/src/procedural/evaluator/part.rs`. */
-import type { Vector } from "../affine.ts";
+import { type Affine, after, IDENTITY, type Vector } from "../affine.ts";
 import { type Bounds, beyond, Reach } from "../bounds.ts";
 import { beyondDeclared, DcgError, unknownArgument } from "../error.ts";
 import { Known } from "../known.ts";
@@ -11,13 +11,15 @@ import type { At, Call, Rule, Statement, Written } from "../syntax.ts";
 import { sizesOf, stepValue, type Value } from "../value.ts";
 import { Materials } from "./materials.ts";
 import type { Given, Instance } from "./modules.ts";
-import { PHASE, type Turtle } from "./state.ts";
+import { type Boxes, PHASE, type Turtle } from "./state.ts";
 
 /** What is known of a part besides its geometry. */
 interface Account {
   finished: boolean;
   /** Parts, glTF files and viewpoints placed in it, with all that they contain. */
   placements: number;
+  /** Where each of its own glTF files is placed. */
+  readonly models: { readonly module: number; readonly at: At }[];
 }
 
 type Kind<K extends Statement["kind"]> = Extract<Statement, { kind: K }>;
@@ -27,14 +29,16 @@ export abstract class Parts extends Materials {
   /** Parts of rules and of files by what they were made with. */
   private readonly knownParts = new Known();
   private readonly knownFiles = new Known();
+  /** Boxes around glTF files that were placed. */
+  private readonly knownBoxes = new Map<string, Reach>();
   /** Where the rules of each file begin among those of all. */
   private readonly firstRules: readonly number[];
   private readonly rules: number;
   /** How many calls of each rule are open. */
   private openCalls: Int32Array;
 
-  constructor(program: Program, seed: number, detail: number, limits: Readonly<Amounts>) {
-    super(program, seed, detail, limits);
+  constructor(program: Program, seed: number, detail: number, limits: Readonly<Amounts>, boxes: Boxes) {
+    super(program, seed, detail, limits, boxes);
     let rules = 0;
     this.firstRules = program.modules.map((module) => {
       rules += module.rules.length;
@@ -110,7 +114,12 @@ export abstract class Parts extends Materials {
       const declared = this.declaredBounds(scope, rule);
       this.inside(part, turtle, true, (within) => this.visit(scope, within, rule.body));
       const reach = declared && beyond(this.boundsOf(part), declared);
-      if (reach) throw this.error(inner.module, rule.at, beyondDeclared(rule.name, reach.towards, reach.byM));
+      if (reach) {
+        // The model that is to blame, where it is one.
+        const found = this.modelBeyond(part, declared) ?? { module: inner.module, at: rule.at, reach };
+        const { towards, byM } = found.reach;
+        throw this.error(found.module, found.at, beyondDeclared(rule.name, towards, byM));
+      }
       this.finish(part);
     } else if (!this.account(part).finished) {
       const wayOut = "count them down and stop with `if`";
@@ -135,11 +144,56 @@ export abstract class Parts extends Materials {
 
   /** A box around what is in a part: tight around its own triangles, not so around what it places. */
   private boundsOf(part: number): Bounds {
-    const { meshes, placements } = this.growing(part);
+    const { meshes, placements, models } = this.growing(part);
     const reach = new Reach();
     for (const { positions } of meshes) reach.positions(positions);
     for (const { part, frame } of placements) reach.placedIn(this.reach(part), frame);
+    for (const { path, frame } of models) reach.placedIn(this.boxOf(path), frame);
     return reach.bounds;
+  }
+
+  /** The box around a glTF file; empty where it is not known. */
+  private boxOf(path: string): Reach {
+    let box = this.knownBoxes.get(path);
+    if (!box) {
+      box = new Reach();
+      const bounds = this.boxes(path);
+      if (bounds) box.box(...bounds.min, ...bounds.max);
+      this.knownBoxes.set(path, box);
+    }
+    return box;
+  }
+
+  /** Places a glTF file. */
+  protected addModel(scope: Scope, turtle: Turtle, { at, path }: Kind<"model">): void {
+    const frame = this.turtles.frame(turtle);
+    this.account(this.part).models.push({ module: scope.module, at });
+    this.growing(this.part).models.push({ path, frame });
+    this.reach(this.part).placedIn(this.boxOf(path), frame);
+  }
+
+  /** Where a glTF file is placed that reaches beyond a box, in a part or in what that places; and how it does. */
+  private modelBeyond(whole: number, declared: Bounds) {
+    const left = [{ part: whole, frame: IDENTITY }];
+    const outside = (reach: Reach, frame: Affine) => {
+      const placed = new Reach();
+      placed.placedIn(reach, frame);
+      return beyond(placed.bounds, declared);
+    };
+    for (let top = left.pop(); top; top = left.pop()) {
+      const { frame } = top;
+      const { models, placements } = this.growing(top.part);
+      for (const [i, model] of models.entries()) {
+        const reach = outside(this.boxOf(model.path), after(frame, model.frame));
+        const place = this.account(top.part).models[i];
+        if (reach && place) return { ...place, reach };
+      }
+      for (const child of [...placements].reverse()) {
+        const inner = after(frame, child.frame);
+        if (outside(this.reach(child.part), inner)) left.push({ part: child.part, frame: inner });
+      }
+    }
+    return undefined;
   }
 
   protected placeFile(scope: Scope, turtle: Turtle, call: Call, depth: number): void {
@@ -152,7 +206,7 @@ export abstract class Parts extends Materials {
     const known = this.knownFiles.at(made.instance).at(this.turtles.material(turtle));
     if (known.index === undefined) {
       this.checkParts(scope, call.at);
-      known.index = this.growFile(call.module, made, depth, turtle);
+      known.index = this.traced(module, call.at, () => this.growFile(call.module, made, depth, turtle));
     }
     this.placeKnown(scope, call.at, turtle, known.index);
   }
@@ -160,7 +214,7 @@ export abstract class Parts extends Materials {
   /** The part that a file is as a whole. */
   private growFile(module: number, { instance, path }: Instance, depth: number, outer: Turtle): number {
     const { file, body, bodySlots, parameters } = this.module(module);
-    const name = (file.split("/").at(-1) ?? "").replace(/\.dcg$/, "");
+    const name = (file.split("/").at(-1) ?? "").replace(/\.dcg$/i, "");
     const part = this.push(name, false);
     this.notePhase(
       part,
@@ -201,7 +255,7 @@ export abstract class Parts extends Materials {
     const { bounds } = reach;
     this.parts.push({ name, isCalled, meshes: [], placements: [], models: [], viewpoints: [], bounds });
     this.reaches.push(reach);
-    this.accounts.push({ finished: false, placements: 0 });
+    this.accounts.push({ finished: false, placements: 0, models: [] });
     return this.parts.length - 1;
   }
 

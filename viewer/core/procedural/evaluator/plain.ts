@@ -10,14 +10,14 @@ import { Machine, type Scope } from "../plain/machine.ts";
 import type { Plan } from "../plain/plan.ts";
 import { Turns } from "../plain/turns.ts";
 import type { Row } from "../syntax.ts";
-import { State } from "./state.ts";
+import { type Boxes, State } from "./state.ts";
 
 export class Plain extends State {
   private readonly machine: Machine;
   private readonly turns: Turns;
 
-  constructor(program: Program, seed: number, detail: number, limits: Readonly<Amounts>) {
-    super(program, seed, detail, limits);
+  constructor(program: Program, seed: number, detail: number, limits: Readonly<Amounts>, boxes: Boxes) {
+    super(program, seed, detail, limits, boxes);
     this.machine = new Machine(seed, detail);
     this.turns = new Turns(this.machine, detail);
   }

@@ -1,6 +1,6 @@
 /** What does an evaluation know while it runs? What it has made so far, what it has taken, and where values lie. */
-import type { Reach } from "../bounds.ts";
-import type { DcgError } from "../error.ts";
+import type { Bounds, Reach } from "../bounds.ts";
+import { DcgError } from "../error.ts";
 import { type Part, PLAIN, type Surface } from "../grown.ts";
 import { type Amounts, reached, type Usage } from "../limits.ts";
 import { errorAt, type Program } from "../link.ts";
@@ -27,6 +27,9 @@ const LETTERS = 8;
 function utf8Length(text: string): number {
   return new TextEncoder().encode(text).byteLength;
 }
+
+/** The box around a glTF file that rules place, by the path that they give; nothing where it is not known. */
+export type Boxes = (path: string) => Bounds | undefined;
 
 export class State {
   readonly usage: Usage = {
@@ -59,6 +62,8 @@ export class State {
     protected readonly seed: number,
     protected readonly detail: number,
     protected readonly limits: Readonly<Amounts>,
+    /** Boxes around glTF files that are placed. */
+    protected readonly boxes: Boxes,
   ) {}
 
   protected module(index: number): Module {
@@ -79,6 +84,21 @@ export class State {
 
   protected error(module: number, at: At, problem: string): DcgError {
     return errorAt(this.module(module), at, problem);
+  }
+
+  /** Runs what a call leads to: an error in it names that call too. */
+  protected traced<T>(module: number, at: At, run: () => T): T {
+    try {
+      return run();
+    } catch (error) {
+      throw this.addCaller(module, at, error);
+    }
+  }
+
+  protected addCaller(module: number, at: At, error: unknown): unknown {
+    const { file, text } = this.module(module);
+    if (error instanceof DcgError) error.addCaller(file, text, at);
+    return error;
   }
 
   /** Counts visits; `at` is where to say that there are too many. */

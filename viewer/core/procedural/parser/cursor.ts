@@ -1,7 +1,7 @@
 /** How are words read one after the other? The cursor knows the next word, and which values are in reach. */
 import { declarationBehind, declarationInside, expected, Fault, lineOf, reserved, twice, unclosed } from "../error.ts";
 import { described, type Word } from "../lexer.ts";
-import { MAX_CHAIN, MAX_NESTING, reached } from "../limits.ts";
+import { MAX_AROUND, MAX_CHAIN, MAX_NESTING, reached } from "../limits.ts";
 import type { At, Module } from "../syntax.ts";
 import { Reach } from "./reach.ts";
 
@@ -22,6 +22,8 @@ export type Given = Map<string, At>;
 export class Cursor {
   private position = 0;
   private nesting = 0;
+  /** Words of statements and values that stand around what is read. */
+  private around = 0;
   /** Braces that are open. */
   private readonly open: At[] = [];
   /** The values in reach. */
@@ -147,6 +149,19 @@ export class Cursor {
     return result;
   }
 
+  /** Counts what stands around what comes next, which is as deep in the tree as brackets make it. */
+  protected surrounds(): void {
+    if (this.around === MAX_AROUND) {
+      throw new Fault(this.next.at, reached("transforms, loops and conditions around one another", MAX_AROUND));
+    }
+    this.around += 1;
+  }
+
+  /** Ends so much of that. */
+  protected leaves(count: number): void {
+    this.around -= count;
+  }
+
   /** A long chain of operators is as deep a tree as brackets make. */
   chained(count: number): number {
     if (count >= MAX_CHAIN) throw new Fault(this.next.at, reached("operators in a row", MAX_CHAIN));
@@ -163,6 +178,16 @@ export class Cursor {
     const slot = this.scope.push(name);
     this.slots = Math.max(this.slots, this.scope.length);
     return slot;
+  }
+
+  /** How many values are in reach. */
+  protected get reach(): number {
+    return this.scope.length;
+  }
+
+  /** Leaves only the first ones in reach. */
+  protected truncate(reach: number): void {
+    this.scope.truncate(reach);
   }
 
   slotOf(name: string): number | undefined {
@@ -194,4 +219,21 @@ export class Cursor {
   line(at: At): number {
     return lineOf(this.module.text, at);
   }
+}
+
+/**
+ * The same file, however its path is written: with `./` before it, or through folders that it leaves again. One that leaves the
+ * folder of the first file keeps what it leaves it by.
+ */
+export function tidied(written: string): string {
+  const path = written.replace(/^(\.\/)+/, "");
+  const all = path.split("/");
+  if (!all.includes("..")) return path;
+  const parts: string[] = [];
+  for (const part of all.filter((part) => part !== ".")) {
+    const last = parts.at(-1) ?? "";
+    if (part === ".." && last !== "" && last !== "..") parts.pop();
+    else parts.push(part);
+  }
+  return parts.join("/");
 }

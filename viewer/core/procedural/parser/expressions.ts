@@ -48,14 +48,20 @@ export class ExpressionParser extends Cursor {
 
   /** A value behind which `=` may stand. */
   valueBeforeSign(): Expr {
-    return this.nested(() => {
-      if (!this.takesWord("if")) return this.disjunction();
-      const condition = this.expression();
-      this.expectWord("then");
-      const yes = this.expression();
+    const chain: { condition: Expr; yes: Expr }[] = [];
+    while (this.takesWord("if")) {
+      const branch = this.nested(() => {
+        const condition = this.expression();
+        this.expectWord("then");
+        return { condition, yes: this.expression() };
+      });
       this.expectWord("else");
-      return { kind: "if", condition, yes, no: this.valueBeforeSign() };
-    });
+      this.surrounds();
+      chain.push(branch);
+    }
+    const last = this.disjunction();
+    this.leaves(chain.length);
+    return chain.reduceRight<Expr>((no, branch) => ({ kind: "if", ...branch, no }), last);
   }
 
   private disjunction(): Expr {
@@ -112,9 +118,12 @@ export class ExpressionParser extends Cursor {
     for (let count = 0; this.isSymbol("["); ) {
       count = this.chained(count);
       const { at } = this.next;
-      this.skip();
-      const index = this.expression();
-      this.expect("]");
+      const index = this.nested(() => {
+        this.skip();
+        const index = this.expression();
+        this.expect("]");
+        return index;
+      });
       value = { kind: "item", at, of: value, index };
     }
     return value;
@@ -130,18 +139,24 @@ export class ExpressionParser extends Cursor {
       this.skip();
       return { kind: "colour", channels: word.channels };
     }
-    if (this.takes("(")) {
-      const value = this.expression();
-      this.expect(")");
-      return value;
+    if (this.isSymbol("(")) {
+      return this.nested(() => {
+        this.skip();
+        const value = this.expression();
+        this.expect(")");
+        return value;
+      });
     }
-    if (this.takes("[")) {
-      const items: Expr[] = [];
-      while (!this.takes("]")) {
-        items.push(this.expression());
-        this.separated(word.at, "[", "]");
-      }
-      return { kind: "list", items, at: word.at };
+    if (this.isSymbol("[")) {
+      return this.nested(() => {
+        this.skip();
+        const items: Expr[] = [];
+        while (!this.takes("]")) {
+          items.push(this.expression());
+          this.separated(word.at, "[", "]");
+        }
+        return { kind: "list", items, at: word.at };
+      });
     }
     if (this.isSymbol(".")) throw this.expected("a value; a number begins with a digit, as in `0.5`");
     if (word.kind !== "name") throw this.expected("a value");
@@ -202,6 +217,10 @@ export class ExpressionParser extends Cursor {
 
   /** Arguments in brackets. */
   args(): Argument[] {
+    return this.nested(() => this.argsInside());
+  }
+
+  private argsInside(): Argument[] {
     const opened = this.next.at;
     this.expect("(");
     const args: Argument[] = [];

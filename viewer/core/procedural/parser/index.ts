@@ -1,9 +1,18 @@
 /** What does a file declare? Imports, parameters, values, materials, functions and rules; all else is its body. */
-import { argumentTwice, DcgError, Fault, reserved, THEN_WITHOUT_LEVELS, unknown, unknownProperty } from "../error.ts";
+import {
+  argumentTwice,
+  DcgError,
+  Fault,
+  NO_FILE,
+  reserved,
+  THEN_WITHOUT_LEVELS,
+  unknown,
+  unknownProperty,
+} from "../error.ts";
 import { words } from "../lexer.ts";
 import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
 import { type Formal, type Module, PROPERTIES, type Property, rowOf, type Written } from "../syntax.ts";
-import { DECLARATIONS, type Given, type NamedAt } from "./cursor.ts";
+import { DECLARATIONS, type Given, type NamedAt, tidied } from "./cursor.ts";
 import { isReserved, StatementParser } from "./statements.ts";
 
 /** Reads a file. */
@@ -81,8 +90,8 @@ class Parser extends StatementParser {
 
   private import(): void {
     const { at } = this.next;
-    // The same file, however it is written.
-    const path = this.text("the file to import, in quotes").replace(/^(\.\/)+/, "");
+    const path = tidied(this.text("the file to import, in quotes"));
+    if (path.trim() === "") throw new Fault(at, NO_FILE);
     if (!this.takesWord("as")) throw this.expected("`as` and a name for the file");
     const { name: alias } = this.declared("a name for the file");
     this.aliases.add(alias);

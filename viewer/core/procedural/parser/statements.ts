@@ -6,6 +6,7 @@ import {
   LET_IN_CHOOSE,
   later,
   missingNumber,
+  NO_FILE,
   noStatement,
   nothingBehind,
   THEN,
@@ -15,8 +16,17 @@ import {
   withoutLet,
 } from "../error.ts";
 import { type Formals, IMPOSTOR, listsOf, SOLIDS, type SolidKind, solidNamed } from "../solid/kinds.ts";
-import { type At, isBuiltIn, rowOf, type Statement, TRANSFORMS, type Transform, type Written } from "../syntax.ts";
-import { DECLARATIONS, type Given } from "./cursor.ts";
+import {
+  type At,
+  isBuiltIn,
+  type Row,
+  rowOf,
+  type Statement,
+  TRANSFORMS,
+  type Transform,
+  type Written,
+} from "../syntax.ts";
+import { DECLARATIONS, type Given, tidied } from "./cursor.ts";
 import { ExpressionParser, unnamed } from "./expressions.ts";
 
 const A_STATEMENT = "a statement, such as `box(1, 2, 1)` or a rule with its arguments";
@@ -26,6 +36,8 @@ const STATEMENTS =
   "called choose edges else for heights if impostor let model move paint roll scale scatter tilt turn viewpoint".split(
     " ",
   );
+/** Those that are for the statement behind them, besides transforms. */
+const BEFORE = ["if", "for", "scatter", "edges", "paint", "called"];
 /** Words that stand inside of a statement or declaration, with one that has them. */
 const LATER = new Map([
   ["as", "scatter 60 as x, z in 180 by 180 box(1, 1, 1)"],
@@ -44,12 +56,93 @@ export function isReserved(name: string): boolean {
   return solidNamed(name) !== undefined || isBuiltIn(name) || STATEMENTS.includes(name) || DECLARATIONS.includes(name);
 }
 
+/** What stands before a statement and is for it. */
+interface Around {
+  /** How many values are in reach without what it binds. */
+  readonly reach: number;
+  /** The whole, with that statement. */
+  readonly joined: (inner: Statement) => Statement;
+  /** The same for an `if` that has an `else` behind that statement. */
+  readonly otherwise?: (yes: Statement) => (no: Statement) => Statement;
+}
+
+type Joined = Around["joined"];
+
 export class StatementParser extends ExpressionParser {
+  /**
+   * A statement, with all that stands before it. In a loop: rows of transforms and chains of `else if` are as long as they may
+   * be without a stack that is as deep.
+   */
   statement(): Statement {
-    return this.nested(() => this.anyStatement());
+    const around: Around[] = [];
+    for (;;) {
+      const before = this.before();
+      if (before) {
+        this.surrounds();
+        around.push(before);
+        continue;
+      }
+      let statement = this.whole();
+      let outer = around.pop();
+      for (; outer; outer = around.pop()) {
+        const { reach, joined, otherwise } = outer;
+        this.truncate(reach);
+        if (otherwise && this.takesWord("else")) {
+          around.push({ reach, joined: otherwise(statement) });
+          break;
+        }
+        statement = joined(statement);
+        this.leaves(1);
+      }
+      if (!outer) return statement;
+    }
   }
 
-  private anyStatement(): Statement {
+  /** What begins here and is for the statement behind it. */
+  private before(): Around | undefined {
+    const { next, reach } = this;
+    if (next.kind !== "name" || this.declares() !== undefined) return undefined;
+    const { at, text: word } = next;
+    const transform = TRANSFORMS.find((known) => known === word);
+    if (!transform && !BEFORE.includes(word)) return undefined;
+    this.skip();
+    if (transform) {
+      const by = this.numbersOf(transform, at);
+      this.behind(word, at);
+      return { reach, joined: (body) => ({ kind: "place", at, transform, by, body }) };
+    }
+    switch (word) {
+      case "if": {
+        const condition = rowOf("numbers", this.written());
+        return {
+          reach,
+          joined: (yes) => ({ kind: "if", at, condition, yes, no: undefined }),
+          otherwise: (yes) => (no) => ({ kind: "if", at, condition, yes, no }),
+        };
+      }
+      case "paint": {
+        if (this.next.kind === "name" && isReserved(this.next.text)) throw this.expected(MATERIAL);
+        const material = this.name(MATERIAL);
+        const call = this.call(material.name, material.at, "material");
+        this.behind(word, at);
+        return { reach, joined: (body) => ({ kind: "paint", call, body }) };
+      }
+      case "called": {
+        const name = this.text("a name in quotes");
+        this.behind(word, at);
+        return { reach, joined: (body) => ({ kind: "called", at, name, body }) };
+      }
+      case "for":
+        return { reach, joined: this.repetition(at) };
+      case "scatter":
+        return { reach, joined: this.scattering(at) };
+      default:
+        return { reach, joined: this.edges(at) };
+    }
+  }
+
+  /** A statement that is for no other. */
+  private whole(): Statement {
     const word = this.next;
     if (this.isSymbol("{")) return this.block();
     const declaration = this.declares();
@@ -64,11 +157,6 @@ export class StatementParser extends ExpressionParser {
         const value = rowOf("values", this.written());
         return { kind: "let", at, slot: this.bind(name), value };
       }
-      case "if": {
-        const condition = rowOf("numbers", this.written());
-        const yes = this.inner();
-        return { kind: "if", at, condition, yes, no: this.takesWord("else") ? this.inner() : undefined };
-      }
       case "choose": {
         const number = rowOf("numbers", this.written());
         const of = this.statements();
@@ -76,35 +164,21 @@ export class StatementParser extends ExpressionParser {
         for (const one of of) if (one.kind === "let") throw new Fault(one.at, LET_IN_CHOOSE);
         return { kind: "choose", at, number, of };
       }
-      case "for":
-        return this.repetition(at);
-      case "scatter":
-        return this.scattering(at);
-      case "edges":
-        return this.edges(at);
       case "heights":
         return this.heights(at);
-      case "paint": {
-        if (this.next.kind === "name" && isReserved(this.next.text)) throw this.expected(MATERIAL);
-        const material = this.name(MATERIAL);
-        const call = this.call(material.name, material.at, "material");
-        return { kind: "paint", call, body: this.behind("paint", at) };
-      }
-      case "called": {
-        const name = this.text("a name in quotes");
-        return { kind: "called", at, name, body: this.behind("called", at) };
-      }
       case "viewpoint":
         return { kind: "viewpoint", at, name: this.text("the viewpoint's name in quotes") };
       case "impostor": {
         const numbers = this.givenTo("impostor", IMPOSTOR, at);
         return { kind: "impostor", at, numbers: rowOf("numbers", ...numbers) };
       }
-      case "model":
-        return { kind: "model", at, path: this.text("a glTF file in quotes") };
+      case "model": {
+        const pathAt = this.next.at;
+        const path = tidied(this.text("a glTF file in quotes"));
+        if (path.trim() === "") throw new Fault(pathAt, NO_FILE);
+        return { kind: "model", at, path };
+      }
     }
-    const transform = TRANSFORMS.find((known) => known === word.text);
-    if (transform) return this.placed(transform, at);
     const solid = solidNamed(word.text);
     if (solid) return this.solid(solid, at);
     if (this.isSymbol("(") || this.isSymbol(".")) return { kind: "call", call: this.call(word.text, at, "rule") };
@@ -116,28 +190,25 @@ export class StatementParser extends ExpressionParser {
     throw new Fault(at, noStatement(word.text, [...STATEMENTS, ...DECLARATIONS]));
   }
 
-  private inner(): Statement {
-    return this.enclosed(() => this.statement());
-  }
-
-  /** The statement that a word changes. */
-  private behind(word: string, at: At): Statement {
+  /** Refuses a word that changes the statement behind it where there is none. */
+  private behind(word: string, at: At): void {
     const isNone = this.next.kind === "end" || this.isSymbol("}") || this.declares() !== undefined;
     if (isNone) throw new Fault(at, nothingBehind(word));
-    return this.inner();
   }
 
   /** Statements in braces; what they bind is out of reach behind them. */
   private statements(): Statement[] {
     const opened = this.next.at;
-    this.opens();
-    return this.enclosed(() => {
-      const of: Statement[] = [];
-      while (!this.closes()) {
-        if (this.next.kind === "end") throw new Fault(opened, unclosed("{", "}"));
-        of.push(this.statement());
-      }
-      return of;
+    return this.nested(() => {
+      this.opens();
+      return this.enclosed(() => {
+        const of: Statement[] = [];
+        while (!this.closes()) {
+          if (this.next.kind === "end") throw new Fault(opened, unclosed("{", "}"));
+          of.push(this.statement());
+        }
+        return of;
+      });
     });
   }
 
@@ -145,13 +216,12 @@ export class StatementParser extends ExpressionParser {
     return { kind: "group", of: this.statements() };
   }
 
-  private placed(transform: Transform, at: At): Statement {
+  private numbersOf(transform: Transform, at: At): Row {
     const args = this.args();
     const counts = { move: [3], scale: [1, 3], turn: [1], tilt: [1], roll: [1] }[transform];
     const usual = { move: "`move(x, y, z)`", scale: "`scale(factor)` or `scale(x, y, z)`" };
     const usage = transform === "move" || transform === "scale" ? usual[transform] : `\`${transform}(degrees)\``;
-    const by = rowOf("numbers", ...unnamed(transform, at, args, counts, usage));
-    return { kind: "place", at, transform, by, body: this.behind(transform, at) };
+    return rowOf("numbers", ...unnamed(transform, at, args, counts, usage));
   }
 
   private solid(solid: SolidKind, at: At): Statement {
@@ -210,31 +280,27 @@ export class StatementParser extends ExpressionParser {
     return [width, this.written()];
   }
 
-  private repetition(at: At): Statement {
+  private repetition(at: At): Joined {
     const names = this.names();
     this.expectWord("in");
     const site = this.site();
     const over = rowOf("values", this.written());
-    return this.enclosed(() => {
-      const slots = names.map((name) => this.bind(name));
-      return { kind: "for", at, site, slots, over, body: this.statement(), plan: undefined };
-    });
+    const slots = names.map((name) => this.bind(name));
+    return (body) => ({ kind: "for", at, site, slots, over, body, plan: undefined });
   }
 
-  private scattering(at: At): Statement {
+  private scattering(at: At): Joined {
     const site = this.site();
     const count = this.written();
     this.expectWord("as");
     const [x, z] = this.twoNames();
     this.expectWord("in");
     const over = rowOf("numbers", count, ...this.extent());
-    return this.enclosed(() => {
-      const slots: [number, number] = [this.bind(x), this.bind(z)];
-      return { kind: "scatter", at, site, slots, over, body: this.statement() };
-    });
+    const slots: [number, number] = [this.bind(x), this.bind(z)];
+    return (body) => ({ kind: "scatter", at, site, slots, over, body });
   }
 
-  private edges(at: At): Statement {
+  private edges(at: At): Joined {
     const names = this.names();
     if (names.length > 2) {
       throw new Fault(at, "edges must be `edges length in …` or `edges length, number in …`");
@@ -242,10 +308,8 @@ export class StatementParser extends ExpressionParser {
     this.expectWord("in");
     const site = this.site();
     const polygon = rowOf("rows", this.written());
-    return this.enclosed(() => {
-      const slots = names.map((name) => this.bind(name));
-      return { kind: "edges", at, site, slots, polygon, body: this.statement() };
-    });
+    const slots = names.map((name) => this.bind(name));
+    return (body) => ({ kind: "edges", at, site, slots, polygon, body });
   }
 
   private writtenBeforeSign(): Written {

@@ -66,7 +66,9 @@ describe("what is computed at one go", () => {
     const rule = "rule m(points) { mesh(points, [[0, 1, 2]]) }";
     const triangle = "m([[0, 0, 0], [1, 0, 0], [0, 1, 0]])";
     expect(grown(`${rule} ${triangle} ${triangle}`).usage.triangles).toBe(2);
-    expect(() => grown(`${rule} ${triangle} m([[0, 0, 0], [1, 0, 0]])`)).toThrow("numbers of points");
+    expect(() => grown(`${rule} ${triangle} m([[0, 0, 0], [1, 0, 0]])`)).toThrow(
+      "face 0 has a corner 2, and there are 2 points",
+    );
   });
 
   it("tells noise of more octaves from noise of fewer", () => {

@@ -14,16 +14,18 @@ mod scene;
 mod tests;
 mod texts;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use belvedere_scene::procedural::limits::{MAX_TEXT_BYTES, reached};
 use belvedere_scene::procedural::{
-    DcgError, Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow, nearest,
+    DcgError, Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow_with, nearest,
 };
 
+use super::container::has_ending;
 use super::uri::relative_path;
-use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles};
+use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles, is_rules};
 use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 use crate::source::SourceScene;
@@ -88,7 +90,17 @@ fn planted(
 ) -> Result<Growth, ImportError> {
     let program = program(path, bytes, ground)?;
     let beside = Beside::of(path, ground);
-    let mut grown = grow(&program, settings)?;
+    let models = RefCell::new(BTreeMap::new());
+    let boxes = |path: &str| {
+        let mut models = models.borrow_mut();
+        if !models.contains_key(path) {
+            let imported = beside.import(path, &program, ground);
+            let bounds = imported.as_ref().ok().map(|imported| imported.scene.bounds());
+            models.insert(path.to_owned(), (imported, bounds));
+        }
+        models[path].1
+    };
+    let mut grown = grow_with(&program, settings, &boxes)?;
     let mut defects = Defects::default();
     let texts = texts_of(&program, &mut grown, &mut defects);
     let rules = (Arc::new(texts), settings.seed);
@@ -100,7 +112,8 @@ fn planted(
         defects: &mut defects,
     };
     let scene = scene::scene_of(&grown, growing, ground.limits, &mut |model| {
-        let imported = beside.import(model, &program, ground)?;
+        let known = models.borrow_mut().remove(model);
+        let imported = known.map_or_else(|| beside.import(model, &program, ground), |(imported, _)| imported)?;
         of_models.absorb(imported.defects);
         Ok(imported.scene)
     })?;
@@ -228,7 +241,7 @@ impl<'a> Beside<'a> {
     fn import(&self, relative: &str, program: &Program, ground: Ground) -> Result<Imported, ImportError> {
         let missing = |reason: String| ImportError::Rules(program.model_error(relative, reason));
         let path = self.path(relative).ok_or_else(|| missing(OUTSIDE.to_owned()))?;
-        if path.ends_with(".dcg") || path.ends_with(".plan") {
+        if is_rules(&path) || has_ending(&path, "plan") {
             return Err(missing("`model` places glTF files; use `import` for rules".to_owned()));
         }
         let bytes = self
@@ -257,11 +270,18 @@ impl<'a> Beside<'a> {
     }
 }
 
+fn names_gltf(path: &str) -> bool {
+    has_ending(path, "glb") || has_ending(path, "gltf")
+}
+
 const OUTSIDE: &str = "it lies outside of the source's folder: put it beside the source";
 
 impl Loader for Beside<'_> {
     fn load(&self, relative: &str) -> Result<String, String> {
         let path = self.path(relative).ok_or(OUTSIDE)?;
+        if names_gltf(relative) {
+            return Err("`import` reads rules; place a glTF file with `model`".to_owned());
+        }
         let bytes = self
             .files
             .read(&path, MAX_TEXT_BYTES as u64)

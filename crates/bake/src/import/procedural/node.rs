@@ -8,9 +8,10 @@ use glam::{DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 
 use super::absorb::absorb;
-use super::{Ground, growth_limits, planted};
+use super::{Beside, Ground, growth_limits, planted};
 use crate::defect::Defects;
 use crate::import::document::whole;
+use crate::import::error::{Flaw, Read, Trouble, flaw};
 use crate::import::nodes::{NO_DIRECTION, rigid};
 use crate::import::reader::Reader;
 use crate::import::uri::relative_path;
@@ -47,6 +48,8 @@ struct Grove {
     objects: Vec<SourceObject>,
     viewpoints: Vec<SourceViewpoint>,
     authored: Authored,
+    /// Why there is nothing.
+    refused: Option<Flaw>,
 }
 
 impl Nursery {
@@ -66,22 +69,21 @@ impl Nursery {
         }
         let asked = impostor::of_extras(&planting.wanted, defects, &planting.node);
         if !self.known.contains_key(&key) {
-            let grown = grow_wanted(&planting.wanted, &planting.node, ground);
-            let grove = match grown? {
+            let grove = match grow_wanted(&planting.wanted, ground) {
                 Ok((mut inner, found)) => {
                     defects.absorb(found);
                     Grove {
                         viewpoints: std::mem::take(&mut inner.viewpoints),
                         authored: std::mem::take(&mut inner.authored),
                         objects: absorb(scene, inner),
+                        refused: None,
                     }
                 }
-                Err(kind) => {
-                    defects.note(kind, 1, || {
-                        format!("{}: {}", planting.node, planting.wanted["procedural"])
-                    });
-                    Grove::default()
-                }
+                Err(Trouble::Flaw(flaw)) => Grove {
+                    refused: Some(flaw),
+                    ..Grove::default()
+                },
+                Err(Trouble::Fatal(error)) => return Err(error),
             };
             let asked = asked.map(|asked| asked.wish);
             if asked.is_some_and(|wish| wish.frames > 1) {
@@ -98,7 +100,11 @@ impl Nursery {
             objects,
             viewpoints,
             authored,
+            refused,
         } = &self.known[&key];
+        if let Some(Flaw { kind, place }) = refused {
+            defects.note(kind, 1, || format!("node \"{}\", {place}", planting.node));
+        }
         for object in objects {
             if scene.objects.len() >= ground.limits.max_objects {
                 let (place, limit) = (planting.node.clone(), ground.limits.max_objects);
@@ -142,54 +148,92 @@ impl Nursery {
     }
 }
 
-/// What the wish grows, or why there is nothing.
-fn grow_wanted(
-    wanted: &Json,
-    node: &str,
-    ground: Ground,
-) -> Result<Result<(SourceScene, Defects), &'static str>, ImportError> {
-    let Some(path) = wanted["procedural"].as_str().and_then(relative_path) else {
-        return Ok(Err("`procedural` that names no file beside the source: not grown"));
+/// What the wish grows; without it the scene has all else.
+fn grow_wanted(wanted: &Json, ground: Ground) -> Read<(SourceScene, Defects)> {
+    let named = wanted["procedural"].as_str();
+    let Some(path) = named.and_then(relative_path) else {
+        return flaw(
+            "`procedural` that names no file beside the source: not grown",
+            format!(
+                "`procedural` is {}; write the path of a file, as in \"tree.dcg\"",
+                shown(&wanted["procedural"])
+            ),
+        );
     };
-    if wanted.get("parameters").is_some_and(|given| !given.is_object()) {
-        return Ok(Err(
-            "`parameters` that are not an object of names and values: not grown",
-        ));
-    }
-    let mut parameters = BTreeMap::new();
-    for (name, value) in wanted["parameters"].as_object().into_iter().flatten() {
-        let Some(value) = Value::from_json(value) else {
-            return Ok(Err("`parameters` that are not numbers or lists of them: not grown"));
-        };
-        parameters.insert(name.clone(), value);
-    }
-    let seed = match wanted.get("seed").map(whole) {
-        None => 0,
-        Some(seed) => match seed.and_then(|seed| u32::try_from(seed).ok()) {
-            Some(seed) => seed,
-            None => {
-                return Ok(Err(
-                    "a `seed` that is not a whole number from 0 to 4294967295: not grown",
-                ));
-            }
-        },
-    };
-    let Ok(bytes) = ground.files.read(&path, MAX_TEXT_BYTES as u64) else {
-        return Ok(Err("rules that cannot be read: not grown"));
-    };
+    let told = |what: String| format!("{path}: {what}");
     let limits = growth_limits(ground.limits);
     let settings = Settings {
-        seed,
-        parameters,
+        seed: seed_of(wanted, told)?,
+        parameters: parameters_of(wanted, told)?,
         limits,
         ..Settings::default()
     };
-    let growth = planted(&path, bytes, (&settings, true), ground).map_err(|cause| match cause {
-        ImportError::Rules(error) => ImportError::RulesOfNode {
-            node: node.to_owned(),
-            error,
-        },
-        other => other,
+    let bytes = match ground.files.read(&path, MAX_TEXT_BYTES as u64) {
+        Ok(bytes) => bytes,
+        Err(cause) => {
+            let beside = Beside::of("", ground);
+            let cause = beside.told(&path, (&path, &["dcg"]), &cause);
+            return flaw("rules that cannot be read: not grown", told(cause));
+        }
+    };
+    let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+    let kind = "rules that are wrong, or given what they do not take: not grown";
+    let growth = planted(&path, bytes, (&settings, true), ground).or_else(|cause| match cause {
+        ImportError::Rules(error) if error.line == 0 => flaw(kind, told(error.to_string())),
+        ImportError::Rules(error) => flaw(kind, error.below(folder).to_string()),
+        ImportError::Memory { .. } | ImportError::TooManyObjects { .. } | ImportError::Cancelled => Err(cause.into()),
+        other => flaw(kind, told(other.to_string())),
     })?;
-    Ok(Ok((growth.scene, growth.defects)))
+    Ok((growth.scene, growth.defects))
+}
+
+/// Values for parameters of the rules, by their names.
+fn parameters_of(wanted: &Json, told: impl Fn(String) -> String) -> Read<BTreeMap<String, Value>> {
+    let given = match wanted.get("parameters") {
+        None => return Ok(BTreeMap::new()),
+        Some(Json::Object(given)) => given,
+        Some(other) => {
+            let what = format!(
+                "`parameters` is {}; write names and values, as in {{\"height\": 12}}",
+                shown(other)
+            );
+            return flaw(
+                "`parameters` that are not an object of names and values: not grown",
+                told(what),
+            );
+        }
+    };
+    let mut parameters = BTreeMap::new();
+    for (name, value) in given {
+        let Some(known) = Value::from_json(value) else {
+            let what = format!("`{name}` is {}; write a number or a list of numbers", shown(value));
+            return flaw(
+                "`parameters` that are not numbers or lists of them: not grown",
+                told(what),
+            );
+        };
+        parameters.insert(name.clone(), known);
+    }
+    Ok(parameters)
+}
+
+fn seed_of(wanted: &Json, told: impl Fn(String) -> String) -> Read<u32> {
+    let Some(seed) = wanted.get("seed") else { return Ok(0) };
+    match whole(seed).and_then(|seed| u32::try_from(seed).ok()) {
+        Some(seed) => Ok(seed),
+        None => flaw(
+            "a `seed` that is not a whole number from 0 to 4294967295: not grown",
+            told(format!("`seed` is {}", shown(seed))),
+        ),
+    }
+}
+
+/// A value as it is written, the beginning of a long one.
+fn shown(value: &Json) -> String {
+    const MOST_SHOWN: usize = 60;
+    let text = value.to_string();
+    match text.char_indices().nth(MOST_SHOWN) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
 }

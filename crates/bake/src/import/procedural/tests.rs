@@ -1,5 +1,7 @@
 //! What becomes of rules as a source, alone and in glTF files.
 
+mod found;
+
 use std::collections::BTreeMap;
 
 use belvedere_scene::procedural::{Loader, Program, Settings, Value, grow};
@@ -207,14 +209,22 @@ fn a_gltf_node_grows_what_it_names() {
     assert_eq!(imported.scene.objects[4].role, Role::Door);
     assert_eq!(imported.defects.count("rules that cannot be read: not grown"), 1);
     let places: Vec<_> = imported.defects.iter().map(|defect| defect.first.clone()).collect();
-    assert_eq!(places, ["none: \"none.dcg\""]);
+    assert_eq!(
+        places,
+        ["node \"none\", none.dcg: there is no such file; did you mean \"gate.dcg\"?"]
+    );
 
     gltf.json["nodes"][1]["extras"]["belvedere"]["parameters"]["height"] = json!(99);
-    let error = read("scene.glb", gltf.glb(), &files).unwrap_err().to_string();
-    assert!(
-        error.contains("node \"north\"") && error.contains("from 1 to 9"),
-        "{error}"
-    );
+    let imported = read("scene.glb", gltf.glb(), &files).unwrap();
+    assert_eq!(imported.scene.objects.len(), 1 + 2 * 4);
+    let kind = "rules that are wrong, or given what they do not take: not grown";
+    let told = imported
+        .defects
+        .iter()
+        .find(|defect| defect.kind == kind)
+        .unwrap()
+        .first;
+    assert_eq!(told, "node \"north\", gate.dcg: `height` is 99; it must be from 1 to 9");
 }
 
 #[test]

@@ -40,11 +40,12 @@ impl<'p> Evaluator<'p> {
         (rule, index): (&'p Rule, usize),
         inner: Scope,
     ) -> Outcome<()> {
-        if rule.is_part {
-            self.place_part((scope, at), turtle, rule, index, inner)?;
+        let done = if rule.is_part {
+            self.place_part((scope, at), turtle, rule, index, inner)
         } else {
-            self.visit_rule(turtle, rule, index, inner)?;
-        }
+            self.visit_rule(turtle, rule, index, inner)
+        };
+        done.map_err(|error| self.traced((scope.module, at), error))?;
         self.stack.truncate(inner.base);
         Ok(())
     }
@@ -52,21 +53,26 @@ impl<'p> Evaluator<'p> {
     /// The value of a function of the file.
     pub(super) fn apply(&mut self, scope: &Scope, call: usize) -> Outcome<Value> {
         let call = &self.program.modules[scope.module].calls[call];
-        let depth = self.deeper(scope, call.at)?;
+        let depth = self.deeper_by((scope, call.at), "levels of calls, those of functions too")?;
         let function = &self.program.modules[call.target.module].functions[call.target.index.unwrap_or_default()];
         let inner = self.scope_of((scope, call), depth)?;
         self.bind((scope, call), &inner, (&function.formals, function.slots))?;
-        let value = self.written(&inner, &function.value)?;
+        let value = self.written(&inner, &function.value);
+        let value = value.map_err(|error| self.traced((scope.module, call.at), error))?;
         self.stack.truncate(inner.base);
         Ok(value)
     }
 
     pub(super) fn deeper(&mut self, scope: &Scope, at: At) -> Outcome<u32> {
+        self.deeper_by((scope, at), "levels")
+    }
+
+    fn deeper_by(&mut self, (scope, at): (&Scope, At), what: &'static str) -> Outcome<u32> {
         let depth = scope.depth + 1;
         self.usage.levels = self.usage.levels.max(depth);
         let limit = self.settings.limits.levels;
         if depth > limit {
-            return self.error(scope.module, at, reached("levels", limit.into()));
+            return self.error(scope.module, at, reached(what, limit.into()));
         }
         Ok(depth)
     }
@@ -82,13 +88,19 @@ impl<'p> Evaluator<'p> {
         for (slot, argument) in call.given() {
             self.stack[inner.base + slot] = self.written(scope, &argument.value)?;
         }
-        self.bind_defaults(call, inner, formals)
+        self.bind_defaults((scope, call), inner, formals)
     }
 
-    pub(super) fn bind_defaults(&mut self, call: &'p Call, inner: &Scope, formals: &'p [Formal]) -> Outcome<()> {
+    pub(super) fn bind_defaults(
+        &mut self,
+        (scope, call): (&Scope, &'p Call),
+        inner: &Scope,
+        formals: &'p [Formal],
+    ) -> Outcome<()> {
         for (slot, formal) in call.left(formals) {
             if let Some(default) = &formal.default {
-                self.stack[inner.base + slot] = self.written(inner, default)?;
+                let value = self.written(inner, default);
+                self.stack[inner.base + slot] = value.map_err(|error| self.traced((scope.module, call.at), error))?;
             }
         }
         Ok(())

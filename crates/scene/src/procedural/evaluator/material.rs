@@ -44,7 +44,8 @@ impl<'p> Evaluator<'p> {
                     return self.error(scope.module, call.at, reached("materials", limit));
                 }
                 self.keep((scope.module, call.at), key.len())?;
-                let surface = self.computed_surface(&inner, rule)?;
+                let surface = self.computed_surface(&inner, rule);
+                let surface = surface.map_err(|error| self.traced((scope.module, call.at), error))?;
                 self.materials.push(surface);
                 self.known_materials.insert(key.clone(), self.materials.len() - 1);
                 self.materials.len() - 1

@@ -35,7 +35,7 @@ use super::limits::{FINEST, Limits, Usage, reached};
 use super::link::Program;
 use super::problem::Problem;
 use super::solid::Tools;
-use super::syntax::{At, Rule};
+use super::syntax::{At, Module, Rule};
 use super::value::Value;
 use crate::Bounds;
 
@@ -63,25 +63,39 @@ impl Default for Settings {
     }
 }
 
-/// Grows a model: all its triangles.
+/// The box around a glTF file that rules place, by the path that they give; nothing where it is not known.
+pub type Boxes<'b> = &'b dyn Fn(&str) -> Option<Bounds>;
+
+const NO_BOXES: Boxes<'static> = &|_| None;
+
+/// Grows a model: all its triangles. glTF files that it places are in no bounds.
 ///
 /// # Errors
 /// When a parameter is unknown or out of range, something has no value, or a limit is reached.
 pub fn grow(program: &Program, settings: &Settings) -> Result<Grown, Box<DcgError>> {
-    Evaluator::new(program, settings, false).finish()
+    grow_with(program, settings, NO_BOXES)
 }
 
-/// A box that holds the model, without making triangles. A part that says `within` is not looked into.
+/// The same with the boxes around glTF files, which are then in the bounds of what places them.
+///
+/// # Errors
+/// As [`grow`], and where a glTF file reaches beyond what a part declares.
+pub fn grow_with(program: &Program, settings: &Settings, boxes: Boxes) -> Result<Grown, Box<DcgError>> {
+    Evaluator::new(program, settings, boxes, false).finish()
+}
+
+/// A box that holds the model, without making triangles. A part that says `within` is not looked into; `boxes` are those of
+/// glTF files.
 ///
 /// # Errors
 /// As [`grow`] does, but for what is inside of such parts.
-pub fn bounds(program: &Program, settings: &Settings) -> Result<Bounds, Box<DcgError>> {
-    Ok(Evaluator::new(program, settings, true).finish()?.parts[0].bounds)
+pub fn bounds(program: &Program, settings: &Settings, boxes: Boxes) -> Result<Bounds, Box<DcgError>> {
+    Ok(Evaluator::new(program, settings, boxes, true).finish()?.parts[0].bounds)
 }
 
 /// Refuses what a model is given if it does not take it.
 pub(super) fn refuse_given(program: &Program, settings: &Settings) -> Result<(), Box<DcgError>> {
-    Evaluator::new(program, settings, false).given().map(|_| ())
+    Evaluator::new(program, settings, NO_BOXES, false).given().map(|_| ())
 }
 
 /// As many letters are kept like a number.
@@ -123,13 +137,15 @@ struct ModuleInstance {
 }
 
 /// What is known of a part besides its geometry.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct Account {
     finished: bool,
     /// Whether it has a parameter by which it moves.
     has_phase: bool,
     /// Parts, glTF files and viewpoints placed in it, with all that they contain.
     placements: u64,
+    /// Where each of its own glTF files is placed.
+    models: Vec<(usize, At)>,
 }
 
 /// What lists among some values hold: the steps that it takes to tell them from others, besides those of the values.
@@ -140,6 +156,7 @@ fn listed<'v>(values: impl IntoIterator<Item = &'v Value>) -> u64 {
 struct Evaluator<'p> {
     program: &'p Program,
     settings: &'p Settings,
+    boxes: Boxes<'p>,
     /// Whether only bounds are wanted.
     measuring: bool,
     usage: Usage,
@@ -167,7 +184,7 @@ struct Evaluator<'p> {
 }
 
 impl<'p> Evaluator<'p> {
-    fn new(program: &'p Program, settings: &'p Settings, measuring: bool) -> Self {
+    fn new(program: &'p Program, settings: &'p Settings, boxes: Boxes<'p>, measuring: bool) -> Self {
         let mut first_rule = Vec::new();
         let mut rules = 0;
         for module in &program.modules {
@@ -177,6 +194,7 @@ impl<'p> Evaluator<'p> {
         Self {
             program,
             settings,
+            boxes,
             measuring,
             usage: Usage::default(),
             nesting: 0,
@@ -213,6 +231,14 @@ impl<'p> Evaluator<'p> {
 
     fn error<T>(&self, module: usize, at: At, problem: Problem) -> Outcome<T> {
         Err(self.program.modules[module].error(at, problem))
+    }
+
+    /// The error, with the call in which it happened.
+    #[cold]
+    fn traced(&self, (module, at): (usize, At), mut error: Box<DcgError>) -> Box<DcgError> {
+        let Module { file, text, .. } = &self.program.modules[module];
+        error.add_caller(file, text, at);
+        error
     }
 
     /// Counts visits; `at` is where to say that there are too many.

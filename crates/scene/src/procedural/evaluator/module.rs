@@ -15,6 +15,14 @@ use crate::procedural::value::Value;
 /// A value, and the module and place that say it; what is given from outside has none.
 type Given = (Value, Option<(usize, At)>);
 
+/// A file's name without its ending, in whatever case that is.
+fn stem_of(name: &str) -> &str {
+    match name.rsplit_once('.') {
+        Some((stem, ending)) if ending.eq_ignore_ascii_case("dcg") => stem,
+        _ => name,
+    }
+}
+
 impl<'p> Evaluator<'p> {
     /// Grows the first file with the parameters from outside.
     pub(super) fn grow_model(&mut self) -> Outcome<()> {
@@ -66,7 +74,8 @@ impl<'p> Evaluator<'p> {
             Some(&part) => part,
             None => {
                 self.check_parts((scope, call.at))?;
-                let part = self.grow_file(turtle, module, (instance, path), depth)?;
+                let part = self.grow_file(turtle, module, (instance, path), depth);
+                let part = part.map_err(|error| self.traced((scope.module, call.at), error))?;
                 self.known.insert(key, part);
                 part
             }
@@ -85,8 +94,7 @@ impl<'p> Evaluator<'p> {
         let body = &self.program.modules[module];
         let name = body.file.rsplit('/').next().unwrap_or_default();
         let part = self.parts.len();
-        self.parts
-            .push(Part::new(name.strip_suffix(".dcg").unwrap_or(name), false));
+        self.parts.push(Part::new(stem_of(name), false));
         self.accounts.push(Account {
             has_phase: body.parameters.iter().any(|parameter| parameter.formal.name == PHASE),
             ..Account::default()
@@ -152,7 +160,11 @@ impl<'p> Evaluator<'p> {
         for (slot, (parameter, given)) in file.parameters.iter().zip(given).enumerate() {
             let (value, place) = match (given, &parameter.formal.default) {
                 (Some(given), _) => given,
-                (None, Some(default)) => (self.written(&scope, default)?, Some((module, default.at))),
+                (None, Some(default)) => {
+                    let value = self.written(&scope, default);
+                    let value = value.map_err(|error| self.traced_to(caller, error))?;
+                    (value, Some((module, default.at)))
+                }
                 (None, None) => (Value::NONE, Some((module, parameter.formal.at))),
             };
             self.check_range(&scope, parameter, &value, place)?;
@@ -174,13 +186,22 @@ impl<'p> Evaluator<'p> {
             return Ok((known, scope.path));
         }
         for (i, global) in file.globals.iter().enumerate() {
-            let value = self.written(&scope, &global.value)?;
+            let value = self.written(&scope, &global.value);
+            let value = value.map_err(|error| self.traced_to(caller, error))?;
             self.keep((module, global.at), value.size())?;
             self.instances[instance].values[file.parameters.len() + i] = Some(value);
         }
         self.keep(place, key.len())?;
         self.known.insert(key, instance);
         Ok((instance, scope.path))
+    }
+
+    /// The error, with the call in which it happened if it was one.
+    fn traced_to(&self, caller: Option<(usize, At)>, error: Box<DcgError>) -> Box<DcgError> {
+        match caller {
+            Some(place) => self.traced(place, error),
+            None => error,
+        }
     }
 
     fn check_range(

@@ -19,6 +19,9 @@ pub const PHASE: &str = "phase";
 /// By how much geometry may go beyond what a part declares: rounding to single precision, relative and in metres.
 const SLACK: f64 = 1e-6;
 
+/// Towards where something reaches beyond a box, and how far, metres.
+type Beyond = (&'static str, f64);
+
 impl<'p> Evaluator<'p> {
     pub(super) fn place_part(
         &mut self,
@@ -58,9 +61,12 @@ impl<'p> Evaluator<'p> {
                     })?,
                 }
                 let beyond = declared.and_then(|bounds| beyond(&self.reach_of(part), &bounds));
-                if let Some((towards, by_m)) = beyond {
+                if let Some(beyond) = beyond {
+                    // The model that is to blame, where it is one.
+                    let of_model = declared.and_then(|bounds| self.model_beyond(part, &bounds));
+                    let ((module, at), (towards, by_m)) = of_model.unwrap_or(((inner.module, rule.at), beyond));
                     let part = rule.name.clone();
-                    return self.error(inner.module, rule.at, Problem::BeyondDeclared { part, towards, by_m });
+                    return self.error(module, at, Problem::BeyondDeclared { part, towards, by_m });
                 }
                 self.accounts[part].finished = true;
                 self.note_recipe(part, turtle.material, |e| {
@@ -83,6 +89,7 @@ impl<'p> Evaluator<'p> {
         let Part {
             meshes,
             placements,
+            models,
             bounds,
             ..
         } = &self.parts[part];
@@ -91,9 +98,33 @@ impl<'p> Evaluator<'p> {
         }
         let vertices = meshes.iter().flat_map(|mesh| &mesh.positions);
         let own = Bounds::around(vertices.map(|position| position.map(f64::from)));
-        placements.iter().fold(own, |all, Placement { part, frame }| {
-            all.union(&frame.bounds(&self.parts[*part].bounds))
-        })
+        let placed = placements
+            .iter()
+            .map(|Placement { part, frame }| frame.bounds(&self.parts[*part].bounds));
+        let models = models
+            .iter()
+            .filter_map(|(path, frame)| Some(frame.bounds(&(self.boxes)(path)?)));
+        placed.chain(models).fold(own, |all, bounds| all.union(&bounds))
+    }
+
+    /// Where a glTF file is placed that reaches beyond a box, in a part or in what that places; and how it does.
+    fn model_beyond(&self, part: usize, declared: &Bounds) -> Option<((usize, At), Beyond)> {
+        let mut left = vec![(part, Affine::IDENTITY)];
+        while let Some((part, frame)) = left.pop() {
+            let Part { models, placements, .. } = &self.parts[part];
+            for ((path, place), at) in models.iter().zip(&self.accounts[part].models) {
+                let bounds = (self.boxes)(path).map(|bounds| frame.after(place).bounds(&bounds));
+                if let Some(beyond) = bounds.and_then(|bounds| beyond(&bounds, declared)) {
+                    return Some((*at, beyond));
+                }
+            }
+            let placed = placements.iter().rev();
+            let placed = placed.map(|child| (child.part, frame.after(&child.frame)));
+            left.extend(
+                placed.filter(|(part, frame)| beyond(&frame.bounds(&self.parts[*part].bounds), declared).is_some()),
+            );
+        }
+        None
     }
 
     fn declared_bounds(&mut self, scope: &Scope, rule: &'p Rule) -> Outcome<Option<Bounds>> {
@@ -202,7 +233,7 @@ impl<'p> Evaluator<'p> {
 }
 
 /// Where most of `inner` is outside of `outer`, and how far it reaches out there, in whole millimetres.
-fn beyond(inner: &Bounds, outer: &Bounds) -> Option<(&'static str, f64)> {
+fn beyond(inner: &Bounds, outer: &Bounds) -> Option<Beyond> {
     const TOWARDS: [&str; 6] = ["-x", "-y", "-z", "+x", "+y", "+z"];
     let slack = SLACK * (1.0 + outer.diagonal_m());
     let mut most = slack;

@@ -88,7 +88,11 @@ impl<'p> Evaluator<'p> {
             Statement::Model { at, path } => {
                 self.count_placements((scope, *at), 1)?;
                 self.keep_name((scope.module, *at), path)?;
-                self.parts[self.part].models.push((path.clone(), turtle.frame));
+                self.accounts[self.part].models.push((scope.module, *at));
+                let reach = (self.boxes)(path).map(|bounds| turtle.frame.bounds(&bounds));
+                let part = &mut self.parts[self.part];
+                part.models.push((path.clone(), turtle.frame));
+                part.bounds = reach.iter().fold(part.bounds, |all, reach| all.union(reach));
                 Ok(())
             }
             Statement::For {

@@ -245,13 +245,7 @@ impl<'p> Evaluator<'p> {
             return Ok(faces);
         }
         let list = self.listed(scope, written)?;
-        faces_of(&list, points).map_or_else(
-            || {
-                let wanted = "a list of numbers of points, counted from 0";
-                self.error(scope.module, written.at, shape("a face", wanted))
-            },
-            Ok,
-        )
+        faces_of(&list, points).or_else(|problem| self.error(scope.module, written.at, problem))
     }
 
     pub(super) fn point3(&self, scope: &Scope, at: At, value: &Value) -> Outcome<[f64; 3]> {
@@ -321,20 +315,27 @@ pub(super) fn sides_of(sides: f64, detail: u32) -> u32 {
     }
 }
 
-fn faces_of(list: &Value, points: usize) -> Option<Faces> {
+fn faces_of(list: &Value, points: usize) -> Result<Faces, Problem> {
+    let no_list = || shape("a face", "a list of numbers of points, counted from 0");
     let items = |value: &Value| match value {
         Value::List(items, _) => Some(Arc::clone(items)),
         Value::Number(_) => None,
     };
     let mut faces = Faces::default();
-    for face in items(list)?.iter() {
-        for corner in items(face)?.iter() {
-            let Value::Number(corner) = corner else { return None };
-            faces.corner(*corner, points)?;
+    for (number, face) in items(list).ok_or_else(no_list)?.iter().enumerate() {
+        for corner in items(face).ok_or_else(no_list)?.iter() {
+            let Value::Number(corner) = *corner else {
+                return Err(no_list());
+            };
+            faces.corner(corner, points).ok_or(Problem::NoPoint {
+                face: number,
+                corner,
+                points,
+            })?;
         }
         faces.end();
     }
-    Some(faces)
+    Ok(faces)
 }
 
 pub(super) fn shape(what: &'static str, wanted: &'static str) -> Problem {

@@ -98,8 +98,10 @@ impl<'t> Parser<'t> {
     fn import(&mut self) -> Parsed<()> {
         let path_at = self.peek().at;
         let path = self.text("the file to import, in quotes")?;
-        // The same file, however it is written.
-        let path = path.trim_start_matches("./").to_owned();
+        let path = tidied(path);
+        if path.trim().is_empty() {
+            return Err((path_at, Problem::NoFile));
+        }
         if !self.takes_word("as") {
             return self.expected("`as` and a name for the file");
         }
@@ -295,6 +297,23 @@ impl<'t> Parser<'t> {
         }
         Ok(())
     }
+}
+
+/// The same file, however its path is written: with `./` before it, or through folders that it leaves again. One that leaves
+/// the folder of the first file keeps what it leaves it by.
+pub(super) fn tidied(path: &str) -> String {
+    let path = path.trim_start_matches("./");
+    let mut parts: Vec<&str> = Vec::new();
+    if !path.split('/').any(|part| part == "..") {
+        return path.to_owned();
+    }
+    for part in path.split('/').filter(|part| *part != ".") {
+        match parts.last() {
+            Some(last) if part == ".." && !matches!(*last, "" | "..") => _ = parts.pop(),
+            _ => parts.push(part),
+        }
+    }
+    parts.join("/")
 }
 
 /// Longest range of a parameter that is shown, letters.

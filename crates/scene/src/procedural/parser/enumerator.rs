@@ -4,6 +4,29 @@ use super::{Declared, Parsed, Parser};
 use crate::procedural::problem::Problem;
 use crate::procedural::syntax::{At, Statement, Written};
 
+/// What is done many times, without the statement that is.
+pub(super) enum Many {
+    For {
+        at: At,
+        site: u32,
+        slots: Vec<u32>,
+        over: Written,
+    },
+    Scatter {
+        at: At,
+        site: u32,
+        slots: [u32; 2],
+        count: Written,
+        over: [Written; 2],
+    },
+    Edges {
+        at: At,
+        site: u32,
+        slots: Vec<u32>,
+        polygon: Written,
+    },
+}
+
 impl<'t> Parser<'t> {
     /// Names of values, separated by commas, not yet in reach.
     fn names(&mut self) -> Parsed<Vec<&'t str>> {
@@ -35,58 +58,37 @@ impl<'t> Parser<'t> {
         Ok([width, self.written()?])
     }
 
-    /// A statement in which these names are in reach.
-    fn with<const N: usize>(&mut self, names: [&'t str; N]) -> Parsed<([u32; N], Box<Statement>)> {
-        let reach = self.scope.len();
-        let slots = names.map(|name| self.bind(name));
-        let body = self.statement()?;
-        self.scope.truncate(reach);
-        Ok((slots, Box::new(body)))
+    fn bind_all(&mut self, names: &[&'t str]) -> Vec<u32> {
+        names.iter().map(|name| self.bind(name)).collect()
     }
 
-    fn with_all(&mut self, names: &[&'t str]) -> Parsed<(Vec<u32>, Box<Statement>)> {
-        let reach = self.scope.len();
-        let slots = names.iter().map(|name| self.bind(name)).collect();
-        let body = self.statement()?;
-        self.scope.truncate(reach);
-        Ok((slots, Box::new(body)))
-    }
-
-    pub(super) fn repetition(&mut self, at: At) -> Parsed<Statement> {
+    pub(super) fn repetition(&mut self, at: At) -> Parsed<Many> {
         let names = self.names()?;
         self.expect_word("in")?;
         let site = self.site();
         let over = self.written()?;
-        let (slots, body) = self.with_all(&names)?;
-        Ok(Statement::For {
-            at,
-            site,
-            slots,
-            over,
-            body,
-            plan: self.plan(),
-        })
+        let slots = self.bind_all(&names);
+        Ok(Many::For { at, site, slots, over })
     }
 
-    pub(super) fn scattering(&mut self, at: At) -> Parsed<Statement> {
+    pub(super) fn scattering(&mut self, at: At) -> Parsed<Many> {
         let site = self.site();
         let count = self.written()?;
         self.expect_word("as")?;
         let names = self.two_names()?;
         self.expect_word("in")?;
         let over = self.extent()?;
-        let (slots, body) = self.with(names)?;
-        Ok(Statement::Scatter {
+        let slots = names.map(|name| self.bind(name));
+        Ok(Many::Scatter {
             at,
             site,
             slots,
             count,
             over,
-            body,
         })
     }
 
-    pub(super) fn edges(&mut self, at: At) -> Parsed<Statement> {
+    pub(super) fn edges(&mut self, at: At) -> Parsed<Many> {
         let names = self.names()?;
         if names.len() > 2 {
             return Err((
@@ -100,14 +102,53 @@ impl<'t> Parser<'t> {
         self.expect_word("in")?;
         let site = self.site();
         let polygon = self.written()?;
-        let (slots, body) = self.with_all(&names)?;
-        Ok(Statement::Edges {
+        let slots = self.bind_all(&names);
+        Ok(Many::Edges {
             at,
             site,
             slots,
             polygon,
-            body,
         })
+    }
+
+    /// The same with its statement.
+    pub(super) fn repeated(&mut self, many: Many, body: Box<Statement>) -> Statement {
+        match many {
+            Many::For { at, site, slots, over } => Statement::For {
+                at,
+                site,
+                slots,
+                over,
+                body,
+                plan: self.plan(),
+            },
+            Many::Scatter {
+                at,
+                site,
+                slots,
+                count,
+                over,
+            } => Statement::Scatter {
+                at,
+                site,
+                slots,
+                count,
+                over,
+                body,
+            },
+            Many::Edges {
+                at,
+                site,
+                slots,
+                polygon,
+            } => Statement::Edges {
+                at,
+                site,
+                slots,
+                polygon,
+                body,
+            },
+        }
     }
 
     fn written_before_sign(&mut self) -> Parsed<Written> {

@@ -37,16 +37,23 @@ impl Parser<'_> {
 
     /// A value behind which `=` may stand.
     pub(super) fn value_before_sign(&mut self) -> Parsed<Expr> {
-        self.nested(|parser| {
-            if !parser.takes_word("if") {
-                return Ok(parser.disjunction()?.made_plain());
-            }
-            let condition = parser.expression()?;
-            parser.expect_word("then")?;
-            let then = parser.expression()?;
-            parser.expect_word("else")?;
-            Ok(Expr::If(Box::new([condition, then, parser.value_before_sign()?])))
-        })
+        let mut chain = Vec::new();
+        while self.takes_word("if") {
+            let [condition, then] = self.nested(|parser| {
+                let condition = parser.expression()?;
+                parser.expect_word("then")?;
+                Ok([condition, parser.expression()?])
+            })?;
+            self.expect_word("else")?;
+            self.surrounds()?;
+            chain.push([condition, then]);
+        }
+        let last = self.disjunction()?.made_plain();
+        self.around -= chain.len() as u32;
+        let branches = chain.into_iter().rev();
+        Ok(branches.fold(last, |otherwise, [condition, then]| {
+            Expr::If(Box::new([condition, then, otherwise]))
+        }))
     }
 
     fn disjunction(&mut self) -> Parsed<Expr> {
@@ -117,9 +124,12 @@ impl Parser<'_> {
         let mut count = 0;
         while self.is_symbol("[") {
             count = self.chained(count)?;
-            let at = self.take().at;
-            let index = self.expression()?;
-            self.expect("]")?;
+            let (at, index) = self.nested(|parser| {
+                let at = parser.take().at;
+                let index = parser.expression()?;
+                parser.expect("]")?;
+                Ok((at, index))
+            })?;
             let of = Box::new([value, index]);
             value = Expr::Item { at, of };
         }
@@ -137,21 +147,21 @@ impl Parser<'_> {
                 self.next += 1;
                 Ok(Expr::Colour(channels))
             }
-            Kind::Symbol("(") => {
-                self.next += 1;
-                let value = self.expression()?;
-                self.expect(")")?;
+            Kind::Symbol("(") => self.nested(|parser| {
+                parser.next += 1;
+                let value = parser.expression()?;
+                parser.expect(")")?;
                 Ok(value)
-            }
-            Kind::Symbol("[") => {
-                self.next += 1;
+            }),
+            Kind::Symbol("[") => self.nested(|parser| {
+                parser.next += 1;
                 let mut items = Vec::new();
-                while !self.takes("]") {
-                    items.push(self.expression()?);
-                    self.separated(token.at, ["[", "]"])?;
+                while !parser.takes("]") {
+                    items.push(parser.expression()?);
+                    parser.separated(token.at, ["[", "]"])?;
                 }
                 Ok(Expr::List(items, token.at))
-            }
+            }),
             Kind::Symbol(".") => self.expected("a value; a number begins with a digit, as in `0.5`"),
             Kind::Name("if") => self.expected("a value; put brackets around `if … then … else …` here"),
             Kind::Name("not") => self.expected("a value; put brackets around `not …` here"),

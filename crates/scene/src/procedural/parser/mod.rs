@@ -15,7 +15,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::error::{DcgError, Place, line_of};
 use super::lexer::{Kind, Token, words};
-use super::limits::{MAX_NESTING, MAX_TEXT_BYTES, reached};
+use super::limits::{MAX_AROUND, MAX_NESTING, MAX_TEXT_BYTES, reached};
 use super::problem::Problem;
 use super::spelling::nearest;
 use super::syntax::{Argument, At, Module, Written};
@@ -56,6 +56,8 @@ struct Parser<'t> {
     /// Calls, loops and random numbers so far in this rule.
     sites: u32,
     nesting: u32,
+    /// Words of statements and values that stand around what is read.
+    around: u32,
     /// Braces that are open.
     open: Vec<At>,
     /// Declared names and where, to find what is given twice.
@@ -75,6 +77,7 @@ impl<'t> Parser<'t> {
             slots: 0,
             sites: 0,
             nesting: 0,
+            around: 0,
             open: Vec::new(),
             declared: Declared::default(),
             aliases: HashSet::new(),
@@ -221,6 +224,16 @@ impl<'t> Parser<'t> {
         result
     }
 
+    /// Counts what stands around what comes next, which is as deep in the tree as brackets make it.
+    fn surrounds(&mut self) -> Parsed<()> {
+        if self.around == MAX_AROUND {
+            let reached = reached("transforms, loops and conditions around one another", MAX_AROUND.into());
+            return Err((self.peek().at, reached));
+        }
+        self.around += 1;
+        Ok(())
+    }
+
     /// A number for a statement that may be done at one go.
     fn plan(&mut self) -> u32 {
         self.module.plans += 1;
@@ -259,6 +272,10 @@ impl<'t> Parser<'t> {
 
     /// Arguments in brackets.
     fn arguments(&mut self) -> Parsed<Vec<Argument>> {
+        self.nested(Self::arguments_inside)
+    }
+
+    fn arguments_inside(&mut self) -> Parsed<Vec<Argument>> {
         let opened = self.peek().at;
         self.expect("(")?;
         let mut arguments: Vec<Argument> = Vec::new();

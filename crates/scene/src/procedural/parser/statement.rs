@@ -1,6 +1,7 @@
 //! What is done at a place? Groups, selections, values, transforms, materials, calls, solids and enumerators.
 
-use super::declaration::{DECLARATIONS, STATEMENTS, is_reserved};
+use super::declaration::{DECLARATIONS, STATEMENTS, is_reserved, tidied};
+use super::enumerator::Many;
 use super::expression::unnamed;
 use super::{Parsed, Parser};
 use crate::procedural::lexer::Kind;
@@ -32,12 +33,159 @@ fn no_statement(word: &str) -> Problem {
     }
 }
 
+/// What stands before a statement and is for it.
+enum Around {
+    Then {
+        at: At,
+        condition: Written,
+    },
+    Else {
+        at: At,
+        condition: Written,
+        then: Box<Statement>,
+    },
+    Place {
+        transform: Transform,
+        at: At,
+        by: Vec<Written>,
+    },
+    Paint(usize),
+    Called {
+        at: At,
+        name: String,
+    },
+    Many(Many),
+}
+
+/// What begins at a word.
+enum Begun {
+    /// A statement that is read to its end.
+    Whole(Statement),
+    /// Something for the statement behind it; and how many values are in reach without what it binds.
+    Around(Around, usize),
+}
+
+fn transform_named(word: &str) -> Option<Transform> {
+    Some(match word {
+        "move" => Transform::Move,
+        "turn" => Transform::Turn,
+        "tilt" => Transform::Tilt,
+        "roll" => Transform::Roll,
+        "scale" => Transform::Scale,
+        _ => return None,
+    })
+}
+
 impl<'t> Parser<'t> {
+    /// A statement, with all that stands before it. In a loop: rows of transforms and chains of `else if` are as long as they
+    /// may be without a machine's stack that is as deep.
     pub(super) fn statement(&mut self) -> Parsed<Statement> {
-        self.nested(Self::any_statement)
+        let mut around: Vec<(Around, usize)> = Vec::new();
+        loop {
+            let mut statement = match self.begun()? {
+                Begun::Whole(statement) => statement,
+                Begun::Around(outer, reach) => {
+                    self.surrounds()?;
+                    around.push((outer, reach));
+                    continue;
+                }
+            };
+            loop {
+                let Some((outer, reach)) = around.pop() else {
+                    return Ok(statement);
+                };
+                self.scope.truncate(reach);
+                statement = match outer {
+                    Around::Then { at, condition } if self.takes_word("else") => {
+                        let then = Box::new(statement);
+                        around.push((Around::Else { at, condition, then }, reach));
+                        break;
+                    }
+                    outer => self.joined(outer, Box::new(statement)),
+                };
+                self.around -= 1;
+            }
+        }
     }
 
-    fn any_statement(&mut self) -> Parsed<Statement> {
+    fn joined(&mut self, outer: Around, inner: Box<Statement>) -> Statement {
+        match outer {
+            Around::Then { at, condition } => Statement::If {
+                at,
+                condition,
+                then: inner,
+                otherwise: None,
+            },
+            Around::Else { at, condition, then } => Statement::If {
+                at,
+                condition,
+                then,
+                otherwise: Some(inner),
+            },
+            Around::Place { transform, at, by } => Statement::Place {
+                transform,
+                at,
+                by,
+                body: inner,
+                plan: self.plan(),
+            },
+            Around::Paint(call) => Statement::Paint { call, body: inner },
+            Around::Called { at, name } => Statement::Called { at, name, body: inner },
+            Around::Many(many) => self.repeated(many, inner),
+        }
+    }
+
+    fn begun(&mut self) -> Parsed<Begun> {
+        let token = self.peek();
+        let Kind::Name(word) = token.kind else {
+            return self.whole().map(Begun::Whole);
+        };
+        if self.declares().is_some() {
+            return self.whole().map(Begun::Whole);
+        }
+        let (at, reach) = (token.at, self.scope.len());
+        let many = match word {
+            "for" => Self::repetition,
+            "scatter" => Self::scattering,
+            "edges" => Self::edges,
+            "if" => {
+                self.next += 1;
+                let condition = self.written()?;
+                return Ok(Begun::Around(Around::Then { at, condition }, reach));
+            }
+            "paint" => {
+                self.next += 1;
+                if matches!(self.peek().kind, Kind::Name(name) if is_reserved(name)) {
+                    return self.expected(MATERIAL);
+                }
+                let (name, name_at) = self.name(MATERIAL)?;
+                let call = self.call(name, name_at, Wanted::Material)?;
+                return self
+                    .behind(word, at)
+                    .map(|()| Begun::Around(Around::Paint(call), reach));
+            }
+            "called" => {
+                self.next += 1;
+                let name = self.text("a name in quotes")?.to_owned();
+                self.behind(word, at)?;
+                return Ok(Begun::Around(Around::Called { at, name }, reach));
+            }
+            _ => {
+                let Some(transform) = transform_named(word) else {
+                    return self.whole().map(Begun::Whole);
+                };
+                self.next += 1;
+                let by = self.numbers_of(transform, word, at)?;
+                self.behind(word, at)?;
+                return Ok(Begun::Around(Around::Place { transform, at, by }, reach));
+            }
+        };
+        self.next += 1;
+        Ok(Begun::Around(Around::Many(many(self, at)?), reach))
+    }
+
+    /// A statement that is for no other.
+    fn whole(&mut self) -> Parsed<Statement> {
         let token = self.peek();
         if token.kind == Kind::Symbol("{") {
             return self.block();
@@ -61,7 +209,6 @@ impl<'t> Parser<'t> {
                     value,
                 })
             }
-            "if" => self.selection(token.at),
             "choose" => {
                 let number = self.written()?;
                 let of = self.statements()?;
@@ -75,30 +222,7 @@ impl<'t> Parser<'t> {
                     of,
                 })
             }
-            "for" => self.repetition(token.at),
-            "scatter" => self.scattering(token.at),
-            "edges" => self.edges(token.at),
             "heights" => self.heights(token.at),
-            "move" => self.placed(Transform::Move, token.at),
-            "turn" => self.placed(Transform::Turn, token.at),
-            "tilt" => self.placed(Transform::Tilt, token.at),
-            "roll" => self.placed(Transform::Roll, token.at),
-            "scale" => self.placed(Transform::Scale, token.at),
-            "paint" => {
-                if matches!(self.peek().kind, Kind::Name(name) if is_reserved(name)) {
-                    return self.expected(MATERIAL);
-                }
-                let (name, at) = self.name(MATERIAL)?;
-                let call = self.call(name, at, Wanted::Material)?;
-                let body = self.behind(word, token.at)?;
-                Ok(Statement::Paint { call, body })
-            }
-            "called" => {
-                let name = self.text("a name in quotes")?.to_owned();
-                let body = self.behind(word, token.at)?;
-                let at = token.at;
-                Ok(Statement::Called { at, name, body })
-            }
             "viewpoint" => Ok(Statement::Viewpoint {
                 at: token.at,
                 name: self.text("the viewpoint's name in quotes")?.to_owned(),
@@ -108,7 +232,11 @@ impl<'t> Parser<'t> {
                 arguments: self.given("impostor", IMPOSTOR, token.at)?,
             }),
             "model" => {
-                let path = self.text("a glTF file in quotes")?.to_owned();
+                let path_at = self.peek().at;
+                let path = tidied(self.text("a glTF file in quotes")?);
+                if path.trim().is_empty() {
+                    return Err((path_at, Problem::NoFile));
+                }
                 self.module.models.push((token.at, path.clone()));
                 let at = token.at;
                 Ok(Statement::Model { at, path })
@@ -128,35 +256,30 @@ impl<'t> Parser<'t> {
         }
     }
 
-    fn inner(&mut self) -> Parsed<Box<Statement>> {
-        let reach = self.scope.len();
-        let statement = self.statement()?;
-        self.scope.truncate(reach);
-        Ok(Box::new(statement))
-    }
-
-    /// The statement that a word changes.
-    fn behind(&mut self, word: &str, at: At) -> Parsed<Box<Statement>> {
+    /// Refuses a word that changes the statement behind it where there is none.
+    fn behind(&self, word: &str, at: At) -> Parsed<()> {
         if matches!(self.peek().kind, Kind::End | Kind::Symbol("}")) || self.declares().is_some() {
             return Err((at, Problem::NothingBehind(word.to_owned())));
         }
-        self.inner()
+        Ok(())
     }
 
     /// Statements in braces; what they bind is out of reach behind them.
     fn statements(&mut self) -> Parsed<Vec<Statement>> {
         let opened = self.peek().at;
-        self.opens()?;
-        let reach = self.scope.len();
-        let mut statements = Vec::new();
-        while !self.closes() {
-            if self.peek().kind == Kind::End {
-                return Err((opened, Problem::Unclosed("{", "}")));
+        self.nested(|parser| {
+            parser.opens()?;
+            let reach = parser.scope.len();
+            let mut statements = Vec::new();
+            while !parser.closes() {
+                if parser.peek().kind == Kind::End {
+                    return Err((opened, Problem::Unclosed("{", "}")));
+                }
+                statements.push(parser.statement()?);
             }
-            statements.push(self.statement()?);
-        }
-        self.scope.truncate(reach);
-        Ok(statements)
+            parser.scope.truncate(reach);
+            Ok(statements)
+        })
     }
 
     pub(super) fn block(&mut self) -> Parsed<Statement> {
@@ -165,24 +288,7 @@ impl<'t> Parser<'t> {
         Ok(Statement::Group { of, plan })
     }
 
-    fn selection(&mut self, at: At) -> Parsed<Statement> {
-        let condition = self.written()?;
-        let then = self.inner()?;
-        let otherwise = if self.takes_word("else") {
-            Some(self.inner()?)
-        } else {
-            None
-        };
-        Ok(Statement::If {
-            at,
-            condition,
-            then,
-            otherwise,
-        })
-    }
-
-    fn placed(&mut self, transform: Transform, at: At) -> Parsed<Statement> {
-        let word = format!("{transform:?}").to_lowercase();
+    fn numbers_of(&mut self, transform: Transform, word: &str, at: At) -> Parsed<Vec<Written>> {
         let arguments = self.arguments()?;
         let (counts, usage) = match transform {
             Transform::Move => (3..=3, "`move(x, y, z)`".to_owned()),
@@ -192,15 +298,7 @@ impl<'t> Parser<'t> {
             }
             _ => (1..=1, format!("`{word}(degrees)`")),
         };
-        let by = unnamed((&word, at), arguments, (counts, usage))?;
-        let body = self.behind(&word, at)?;
-        Ok(Statement::Place {
-            transform,
-            at,
-            by,
-            body,
-            plan: self.plan(),
-        })
+        unnamed((word, at), arguments, (counts, usage))
     }
 
     fn solid(&mut self, kind: SolidKind, at: At) -> Parsed<Statement> {

@@ -34,6 +34,44 @@ fn bombs_end_at_their_limits() {
     assert!(complaint(&deep).contains("inside each other"));
 }
 
+/// The same in TypeScript: `viewer/core/procedural/golden.test.ts`.
+#[test]
+fn long_rows_and_chains_are_no_nesting_and_as_many_brackets_may_be_as_is_said() {
+    let most = |text: &str, axis: usize| grown(text).parts[0].bounds.max[axis];
+    let row = "move(1, 0, 0) ".repeat(256);
+    assert_eq!(most(&format!("{row}box(1, 1, 1)"), 0), 256.5);
+    let chain = |one: &dyn Fn(u32) -> String| (0..256).map(one).collect::<Vec<_>>().join(" else ");
+    let statements = chain(&|i| format!("if a == {i} box(1, {i} + 1, 1)"));
+    assert_eq!(most(&format!("rule r(a) {{ {statements} }} r(255)"), 1), 256.0);
+    let values = chain(&|i| format!("if a == {i} then {i} + 1"));
+    assert_eq!(
+        most(&format!("function f(a) = {values} else 0 box(1, f(255), 1)"), 1),
+        256.0
+    );
+    let braces = |count: usize| format!("{}box(1, 1, 1){}", "{".repeat(count), "}".repeat(count));
+    assert_eq!(grown(&braces(95)).usage.triangles, 12);
+    assert!(complaint(&braces(96)).contains("more than 96 brackets"));
+    let in_calls = format!(
+        "rule r(n) {{ {} {{ if n > 0 r(n - 1) }} }} r(99)",
+        "move(1, 0, 0) ".repeat(250)
+    );
+    assert!(complaint(&in_calls).contains("more than 640 levels of nesting"));
+    let dangling = "rule r(a, b) { if a if b box(1, 1, 1) else box(1, 2, 1) else box(1, 3, 1) } r(1, 0)";
+    assert_eq!(most(dangling, 1), 2.0);
+    assert_eq!(most(&dangling.replace("r(1, 0)", "r(0, 0)"), 1), 3.0);
+}
+
+/// What is around one another is counted through brackets, so that dropping, copying and compiling it stays bounded too.
+#[test]
+fn rows_in_brackets_are_one_row() {
+    let deep = format!("{}box(1, 1, 1){}", "move(0, 1, 0) { ".repeat(90), "}".repeat(90));
+    assert_eq!(grown(&deep).parts[0].bounds.max[1], 91.0);
+    let rows = format!("{} {{ ", "turn(1) ".repeat(20)).repeat(20);
+    let wanted = "more than 256 transforms, loops and conditions around one another";
+    assert!(complaint(&format!("{rows} box(1, 1, 1) {}", "}".repeat(20))).contains(wanted));
+    assert!(complaint(&"if 1 ".repeat(200_000)).contains(wanted));
+}
+
 #[test]
 fn a_box_that_is_declared_may_touch_what_it_holds() {
     for text in [

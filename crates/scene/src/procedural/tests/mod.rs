@@ -1,6 +1,7 @@
 //! Behaviour of the language: what grows out of a text.
 
 mod bounded;
+mod placed;
 mod told;
 
 use super::{DcgError, Grown, Limits, NoImports, Program, Settings, Value, bounds, grow};
@@ -200,7 +201,7 @@ for i in 10 move(3 * i, 0, 0) turn(random(0, 360)) tree(random(2, 4))";
     let program = read(text).unwrap();
     let settings = Settings::default();
     let (declared, exact) = (
-        bounds(&program, &settings).unwrap(),
+        bounds(&program, &settings, &|_| None).unwrap(),
         grow(&program, &settings).unwrap().parts[0].bounds,
     );
     assert_eq!(declared, declared.union(&exact));

@@ -1,7 +1,7 @@
 //! What is said when a text is wrong, and where?
 
 use super::{complaint, read};
-use crate::procedural::{DcgError, Settings, Value, grow};
+use crate::procedural::{DcgError, Loader, Program, Settings, Value, grow};
 
 #[test]
 fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
@@ -87,6 +87,34 @@ fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
         let found = complaint(text);
         assert_eq!(found.strip_prefix("test.dcg, "), Some(wanted), "{text}");
     }
+}
+
+/// In files and rules that others call, the calls are told too: the innermost three, and a recursion once.
+#[test]
+fn the_calls_that_led_to_a_mistake_are_told() {
+    struct Halves;
+    impl Loader for Halves {
+        fn load(&self, path: &str) -> Result<String, String> {
+            Ok(match path {
+                "half.dcg" => "parameter by = 1\nlet part_of = 1 / by\nfunction f(x) = x / by\nbox(part_of, 1, 1)",
+                _ => "import \"half.dcg\" as half\nrule r(n) { if n > 0 r(n - 1)\n  if n <= 0 half(by = n) }",
+            }
+            .to_owned())
+        }
+    }
+    let text = "import \"sub/../middle.dcg\" as m\nm.r(9)";
+    let program = Program::read("test.dcg", text.to_owned(), &Halves).unwrap();
+    let error = grow(&program, &Settings::default()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "half.dcg, line 2, column 17: division by zero; test the divisor with `if` before\n    let part_of = 1 / by\n    \
+         called from line 3, column 13 of middle.dcg\n    called from line 2, column 22 of middle.dcg\n    \
+         called from line 2, column 1 of test.dcg"
+    );
+    assert_eq!(
+        error.below("sub").to_string().lines().last(),
+        Some("    called from line 2, column 1 of sub/test.dcg")
+    );
 }
 
 /// No place of the text is wrong, so none is told.

@@ -263,6 +263,7 @@ impl<'p> Evaluator<'p> {
             ) {
                 break;
             }
+            let before = self.usage.steps;
             self.pay(steps, nesting, levels);
             let alone = match &plan.solids[..] {
                 [planned] if planned.is_placed => Some(planned),
@@ -276,24 +277,46 @@ impl<'p> Evaluator<'p> {
                 continue;
             }
             for place in 0..count {
-                for planned in &mut plan.solids {
-                    let place_of = (scope, planned.at, planned.outline_at);
-                    let material = planned.paint.map_or(turtle.material, |paint| materials[paint]);
-                    if planned.is_placed {
-                        self.add_sheaf(place_of, material, planned, place..place + 1)?;
-                        continue;
-                    }
-                    let at = |register: u16| columns.numbers[register as usize][place];
-                    planned.fill(self.settings.detail, at);
-                    let frame = Affine::of_numbers(std::array::from_fn(|i| at(planned.frame[i])));
-                    let turtle = Turtle { frame, material };
-                    self.add(place_of, &turtle, &planned.solid)?;
+                let triangles = self.usage.triangles;
+                if self
+                    .add_turn((scope, turtle, materials), &mut plan.solids, &columns, place)
+                    .is_err()
+                {
+                    // What its nodes say of it, visited one by one, names the calls that led there too.
+                    self.usage.triangles = triangles;
+                    self.usage.steps = before + u64::from(plan.cost.steps) * place as u64;
+                    self.plans.room = room;
+                    return Ok(done + place);
                 }
             }
             done += count;
         }
         self.plans.room = room;
         Ok(done)
+    }
+
+    /// Adds the solids of one turn.
+    fn add_turn<const N: usize>(
+        &mut self,
+        (scope, turtle, materials): (&Scope, &Turtle, &[usize]),
+        solids: &mut [Planned],
+        columns: &Columns<N>,
+        place: usize,
+    ) -> Outcome<()> {
+        for planned in solids {
+            let place_of = (scope, planned.at, planned.outline_at);
+            let material = planned.paint.map_or(turtle.material, |paint| materials[paint]);
+            if planned.is_placed {
+                self.add_sheaf(place_of, material, planned, place..place + 1)?;
+                continue;
+            }
+            let at = |register: u16| columns.numbers[register as usize][place];
+            planned.fill(self.settings.detail, at);
+            let frame = Affine::of_numbers(std::array::from_fn(|i| at(planned.frame[i])));
+            let turtle = Turtle { frame, material };
+            self.add(place_of, &turtle, &planned.solid)?;
+        }
+        Ok(())
     }
 
     /// Computes what some turns have in common, when they are the first, and what they have of their own; whether nothing is

@@ -102,7 +102,7 @@ impl<'p> Evaluator<'p> {
         for ((slot, _), number) in call.given().zip(arguments) {
             self.stack[inner.base + slot] = Value::Number(self.plans.ahead[number]);
         }
-        self.bind_defaults(call, &inner, &rule.formals)?;
+        self.bind_defaults((scope, call), &inner, &rule.formals)?;
         self.go_on((scope, call.at), turtle, (rule, index), inner)
     }
 }

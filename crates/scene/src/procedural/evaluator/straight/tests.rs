@@ -61,7 +61,7 @@ const TEXTS: [&str; 41] = [
 
 /// What grew, with every bit of its numbers, or what was said.
 fn told(program: &Program, settings: &Settings, measuring: bool, at_one_go: bool) -> String {
-    let mut evaluator = Evaluator::new(program, settings, measuring);
+    let mut evaluator = Evaluator::new(program, settings, &|_| None, measuring);
     if !at_one_go {
         evaluator.plans.work = MOST_WORK;
     }

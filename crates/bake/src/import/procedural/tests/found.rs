@@ -1,0 +1,169 @@
+//! Which files do rules find, what is known of glTF files among them, and what is told of a node whose rules are wrong?
+
+use belvedere_scene::procedural::Settings;
+use serde_json::json;
+
+use super::super::{Ground, plant};
+use super::{Beside, GATE, names, read, rules};
+use crate::import::testing::Gltf;
+use crate::import::{Limits, SourceFiles};
+use crate::progress::Silent;
+
+#[test]
+fn files_are_found_through_folders_that_are_left_again_and_whatever_the_case_of_their_endings() {
+    let files = [
+        ("lib/gate.dcg", GATE.into()),
+        ("Leaf.DCG", GATE.into()),
+        ("lib/bench.glb", Gltf::triangle().glb()),
+    ];
+    let text = "import \"x/../lib/gate.dcg\" as a import \"lib/gate.dcg\" as b import \"Leaf.DCG\" as c
+        a() move(9, 0, 0) b() move(0, 0, 9) c() model \"lib/deep/../bench.glb\"";
+    let scene = rules(text, &files).unwrap().scene;
+    assert_eq!(
+        (scene.objects.len(), scene.models.len()),
+        (3 * 4 + 1, 5),
+        "one gate.dcg, whatever it is called"
+    );
+    for (text, wanted) in [
+        (
+            "import \"x/../../gate.dcg\" as a",
+            "\"../gate.dcg\" cannot be imported: it lies outside of the source's folder",
+        ),
+        ("import \"\" as a", "world.dcg, line 1, column 8: no file is named here"),
+        ("model \"./\"", "world.dcg, line 1, column 7: no file is named here"),
+        (
+            "import \"lib/bench.glb\" as a",
+            "`import` reads rules; place a glTF file with `model`",
+        ),
+        ("model \"Leaf.DCG\"", "use `import` for rules"),
+    ] {
+        let error = rules(text, &files).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
+    for name in ["gate.dcg", "gate.DCG", "Gate.Dcg"] {
+        let imported = read(name, GATE.into(), &[]).unwrap();
+        assert_eq!(imported.scene.title.unwrap().to_lowercase(), "gate");
+    }
+    assert_eq!(
+        read("a.PLAN", b"a".to_vec(), &[]).unwrap_err().to_string(),
+        read("a.plan", b"a".to_vec(), &[]).unwrap_err().to_string()
+    );
+}
+
+#[test]
+fn gltf_files_are_in_the_bounds_and_must_lie_in_what_a_part_declares() {
+    let ground = |files: &dyn SourceFiles, text: &str| {
+        let (limits, bytes) = (Limits::default(), text.as_bytes().to_vec());
+        let ground = Ground {
+            files,
+            limits: &limits,
+            progress: &Silent,
+        };
+        plant("sub/world.dcg", bytes, &Settings::default(), ground)
+    };
+    let mut gltf = Gltf::triangle();
+    gltf.json["nodes"][0]["translation"] = json!([4, 0, 0]);
+    let files = Beside([("sub/bench.glb", gltf.glb())].into());
+    let part =
+        |within: &str| format!("part p() {within} {{\n  move(50, 0, 0) model \"bench.glb\"\n}}\nbox(1, 1, 1) p()");
+    let growth = ground(&files, &part("within [0, 0, 0] to [55, 2, 0]")).unwrap();
+    assert_eq!(growth.grown.parts[0].bounds.max, [55.0, 2.0, 0.5]);
+    assert_eq!(growth.scene.bounds(), growth.grown.parts[0].bounds);
+    let error = ground(&files, &part("within [0, 0, 0] to [1, 1, 1]")).unwrap_err();
+    assert_eq!(
+        error.to_string().lines().next(),
+        Some(
+            "world.dcg, line 2, column 18: part `p` reaches 54 m beyond what it declares with `within`, towards +x; widen that"
+        )
+    );
+}
+
+/// Whatever is wrong with rules at a node, all else is imported; and each such node is told, by where its mistake is.
+#[test]
+fn no_mistake_of_rules_at_a_node_ends_the_import() {
+    let files = [
+        ("sub/gate.dcg", GATE.into()),
+        ("sub/leaf.dcg", b"parameter size = 1\nbox(1 / size, 1, 1)".to_vec()),
+        (
+            "sub/tree.dcg",
+            b"import \"leaf.dcg\" as leaf\nparameter size = 1\nleaf(size = size)".to_vec(),
+        ),
+        (
+            "far.dcg",
+            b"part p() within [0, 0, 0] to [1, 1, 1] { box(1, 9, 1) }\np()".to_vec(),
+        ),
+        ("models.dcg", b"model \"bench.glb\"".to_vec()),
+    ];
+    let wrong = "rules that are wrong, or given what they do not take: not grown";
+    let unread = "rules that cannot be read: not grown";
+    for (extras, kind, place) in [
+        (
+            json!({"procedural": "sub/gate.dcg", "parameters": {"height": 12}}),
+            wrong,
+            "sub/gate.dcg: `height` is 12; it must be from 1 to 9",
+        ),
+        (
+            json!({"procedural": "sub/gate.dcg", "parameters": {"hieght": 2}}),
+            wrong,
+            "sub/gate.dcg: `hieght` is not a parameter of `gate.dcg`; did you mean `height`?",
+        ),
+        (
+            json!({"procedural": "./sub/tree.dcg", "parameters": {"size": 0}}),
+            wrong,
+            "sub/leaf.dcg, line 2, column 7: division by zero; test the divisor with `if` before\n    box(1 / size, 1, 1)\n    \
+             called from line 3, column 1 of sub/tree.dcg",
+        ),
+        (
+            json!({"procedural": "models.dcg"}),
+            wrong,
+            "models.dcg, line 1, column 1: \"bench.glb\" cannot be placed: there is no such file in the source's folder\n    \
+             model \"bench.glb\"",
+        ),
+        (
+            json!({"procedural": "sub/gat.dcg"}),
+            unread,
+            "sub/gat.dcg: there is no such file; did you mean \"sub/gate.dcg\"?",
+        ),
+        (
+            json!({"procedural": "sub/gate.dcg", "parameters": {"height": "2"}}),
+            "`parameters` that are not numbers or lists of them: not grown",
+            "sub/gate.dcg: `height` is \"2\"; write a number or a list of numbers",
+        ),
+        (
+            json!({"procedural": "sub/gate.dcg", "parameters": [2]}),
+            "`parameters` that are not an object of names and values: not grown",
+            "sub/gate.dcg: `parameters` is [2]; write names and values, as in {\"height\": 12}",
+        ),
+        (
+            json!({"procedural": "sub/gate.dcg", "seed": 1.5}),
+            "a `seed` that is not a whole number from 0 to 4294967295: not grown",
+            "sub/gate.dcg: `seed` is 1.5",
+        ),
+        (
+            json!({"procedural": 7}),
+            "`procedural` that names no file beside the source: not grown",
+            "`procedural` is 7; write the path of a file, as in \"tree.dcg\"",
+        ),
+    ] {
+        let mut gltf = Gltf::triangle();
+        for name in ["oak", "elm"] {
+            gltf.push("nodes", json!({"name": name, "extras": {"belvedere": extras}}));
+        }
+        gltf.json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+        let imported = read("scene.glb", gltf.glb(), &files).unwrap();
+        assert_eq!(names(&imported), ["n"]);
+        let told: Vec<_> = imported.defects.iter().map(|defect| defect.to_string()).collect();
+        assert_eq!(told, [format!("2 × {kind} (first: node \"oak\", {place})")]);
+        gltf.json["scenes"][0]["nodes"] = json!([1]);
+        let refused = read("scene.glb", gltf.glb(), &files).unwrap_err().to_string();
+        assert!(
+            refused.starts_with("nothing is left to draw: ") && refused.contains(place),
+            "{refused}"
+        );
+    }
+    let mut gltf = Gltf::triangle();
+    gltf.json["nodes"][0]["extras"] = json!({"belvedere": {"parameters": {"height": 2}, "procedral": "gate.dcg"}});
+    let imported = read("scene.glb", gltf.glb(), &files).unwrap();
+    let kind = "`parameters` or `seed` without `procedural`, which names the rules: ignored";
+    assert_eq!(imported.defects.count(kind), 1);
+}
