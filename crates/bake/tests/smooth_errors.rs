@@ -12,13 +12,9 @@ use belvedere_bake::{
     source::{Primitive, SourceModel},
 };
 use belvedere_scene::smooth::Decoder;
-use proptest::prelude::*;
 
 /// By what factor the root mean square may be above the least before it.
 const MOST_RISE: f64 = 1.05;
-/// On lattices that are coarse beside the windows it is above it by up to 8 % in some towers: where a coarser lattice makes up for
-/// windows that are not there yet, which shows in no displacement of the walls.
-const MOST_RISE_OF_ANY: f64 = 1.1;
 /// What is less, in steps of the lattice, is noise of the samples.
 const NOISE: f64 = 0.1;
 
@@ -107,12 +103,12 @@ fn largest_rise(mesh: &QuantisedMesh, stream: &[u8]) -> (f64, usize) {
     largest
 }
 
-fn assert_errors_fall(tower: Tower, precision: Precision, most_rise: f64) {
+fn assert_errors_fall(tower: Tower, precision: Precision) {
     let mesh = QuantisedMesh::new(&tower.model(), precision);
     let stream = encode(&mesh);
     let (rise, bytes) = largest_rise(&mesh, &stream);
     assert!(
-        rise <= most_rise,
+        rise <= MOST_RISE,
         "{tower:?}: {rise} times the least error before after {bytes} of {} bytes",
         stream.len()
     );
@@ -135,21 +131,6 @@ fn the_error_of_a_tower_with_windows_does_not_rise() {
             storey: 3.0,
             depths: [0.1, 0.05],
         };
-        assert_errors_fall(tower, precision(bits), MOST_RISE);
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
-
-    #[test]
-    fn the_error_of_no_tower_rises_by_much(
-        width in 5.0f32..20.0,
-        storeys in 2u16..10,
-        storey in 2.5f32..4.0,
-        depths in prop::array::uniform2(0.03f32..0.4),
-        bits in 10u32..=16,
-    ) {
-        assert_errors_fall(Tower { width, storeys, storey, depths }, precision(bits), MOST_RISE_OF_ANY);
+        assert_errors_fall(tower, precision(bits));
     }
 }
