@@ -1,6 +1,6 @@
 //! What the generators of levels of detail say and write as tools for one file.
 
-use belvedere_scene::smooth::Decoder;
+use belvedere_scene::{BlobHash, smooth::Decoder};
 use serde_json::{Value, json};
 
 use crate::program::{Data, text};
@@ -99,7 +99,7 @@ fn mesh_lod_makes_ever_coarser_levels_and_writes_them() {
     let all = levels(&serde_json::from_str(&printed).expect("JSON"));
     assert!(all.len() > few.len(), "{} of {}", few.len(), all.len());
     let table = data.ok(&["mesh", "lod", &file, "--levels", "3"]);
-    assert!(table.contains("level  triangles  lines"), "{table}");
+    assert!(table.contains("level  triangles  lines  points"), "{table}");
 }
 
 #[test]
@@ -260,6 +260,48 @@ fn mesh_decode_says_what_a_cut_stream_lacks() {
     let wanted = format!("{} of {all} bytes: the mesh is not whole yet", all - 1);
     assert!(code == Some(0) && said.contains(&wanted) && out.exists(), "{said}");
     assert_eq!(decode(all), (Some(0), String::new()));
+}
+
+/// A flipped bit of a position reads as another position: only the name of a published file tells.
+#[test]
+fn mesh_decode_compares_a_hash_that_is_a_name() {
+    let data = Data::new();
+    let file = sheet(&data, 8);
+    let (folder, out) = (data.folder("smooth"), data.folder("out.glb"));
+    data.ok(&["mesh", "smooth", &file, "-o", folder.to_str().expect("UTF-8")]);
+    let stream = std::fs::read(folder.join("m0.slod")).expect("a stream");
+    let decode = |hash: String| {
+        let named = data.write(&format!("{hash}.slod"), &stream);
+        let paths = [named, out.clone()].map(|path| path.to_str().expect("UTF-8").to_owned());
+        data.run(&["mesh", "decode", &paths[0], "-o", &paths[1]])
+    };
+    assert!(decode(BlobHash::of(&stream).to_string()).status.success());
+    let output = decode(BlobHash::of(b"another").to_string());
+    let said = text(&output.stderr);
+    assert!(
+        !output.status.success() && said.contains("do not have the hash that is its name"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_mesh_that_is_too_small_for_a_lattice_is_not_lost_without_a_word() {
+    let data = Data::new();
+    let file = sheet_at(&data, 8, |x| 1e-42 * x);
+    let said = data.fails(&["mesh", "smooth", &file]);
+    assert!(said.contains("is too small or has too few bits"), "{said}");
+}
+
+#[test]
+fn levels_of_points_say_how_many_they_have() {
+    let data = Data::new();
+    let file = triangle_and_line(&data);
+    let gltf = std::fs::read_to_string(&file).expect("a glTF");
+    let points = data.write("points.gltf", gltf.replace(r#""mode":3"#, r#""mode":0"#));
+    let printed = data.ok(&["mesh", "lod", points.to_str().expect("UTF-8"), "--no-join", "--json"]);
+    let report: Value = serde_json::from_str(&printed).expect("JSON");
+    let level = &report["meshes"][1]["levels"][0];
+    assert_eq!((&level["triangles"], &level["points"]), (&json!(0), &json!(3)));
 }
 
 #[test]

@@ -1,13 +1,16 @@
 //! `belvedere mesh decode FILE -o OUT.glb`: what does a smooth LOD, or its beginning, look like in any glTF viewer?
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use belvedere_bake::{
     glb::write_whole,
     source::{Material, Primitive, Role, SourceModel, SourceObject, SourceScene},
 };
-use belvedere_scene::smooth::{Decoder, Snapshot, thesis};
+use belvedere_scene::{
+    BlobHash,
+    smooth::{Decoder, Snapshot, thesis},
+};
 use serde_json::json;
 
 use super::eye;
@@ -79,11 +82,25 @@ fn snapshot_of(beginning: &[u8], args: &Args) -> anyhow::Result<(Snapshot, Optio
     if !decoder.is_complete() {
         let all = decoder.header().map_or(0, |header| header.total_bytes);
         eprintln!("{} of {all} bytes: the mesh is not whole yet", beginning.len());
+    } else {
+        ensure_named(&args.file, beginning)?;
     }
     Ok(match args.eye.look(&decoder) {
         Some((snapshot, seen)) => (snapshot, Some(seen)),
         None => (decoder.snapshot(), None),
     })
+}
+
+/// Nothing in a stream tells that a position is another one than was written, but published files are named by their hash.
+fn ensure_named(file: &Path, stream: &[u8]) -> anyhow::Result<()> {
+    let stem = file.file_stem().and_then(|stem| stem.to_str());
+    let named: Option<BlobHash> = stem.and_then(|stem| stem.parse().ok());
+    let is_damaged = named.is_some_and(|named| named != BlobHash::of(stream));
+    anyhow::ensure!(
+        !is_damaged,
+        "its bytes do not have the hash that is its name: it is damaged, fetch it again"
+    );
+    Ok(())
 }
 
 fn triangles_of(snapshot: &Snapshot) -> usize {

@@ -14,7 +14,7 @@ use belvedere_bake::{
     defect::Defect,
     glb::{self, GlbInput, lattice::Lattice},
     lod::{self, LodLevel, LodSettings, Measures, Method, OctreeSettings, Order, join},
-    source::{Material, SourceModel, SourceScene},
+    source::{Material, Primitive, SourceModel, SourceScene, Topology},
 };
 use belvedere_scene::{
     Bounds,
@@ -131,6 +131,7 @@ struct LevelReport {
     level: usize,
     triangles: u64,
     lines: u64,
+    points: u64,
     /// From this distance of the eye from the mesh's box on, the level is good enough.
     switch_distance_m: f64,
     /// The same from the middle of the mesh, as VRML's ranges are.
@@ -203,6 +204,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
                 level,
                 triangles: mesh.triangles,
                 lines: mesh.lines,
+                points: points_of(&mesh),
                 switch_distance_m,
                 range_m: switch_distance_m + radius_m,
                 geometric_error_m,
@@ -239,7 +241,16 @@ impl Report {
             lines.push(format!("{}: {:.2} s", mesh.name, mesh.seconds));
             let rows: Vec<_> = mesh.levels.iter().map(LevelReport::row).collect();
             let is_written = mesh.levels.iter().any(|level| level.file.is_some());
-            let head = ["level", "triangles", "lines", "range", "error", "size", "file"];
+            let head = [
+                "level",
+                "triangles",
+                "lines",
+                "points",
+                "range",
+                "error",
+                "size",
+                "file",
+            ];
             lines.push(table(&head[..head.len() - usize::from(!is_written)], &rows));
         }
         lines.join("\n")
@@ -252,6 +263,7 @@ impl LevelReport {
             self.level.to_string(),
             self.triangles.to_string(),
             self.lines.to_string(),
+            self.points.to_string(),
             format!("{:.4}", self.range_m),
             format!("{:.6}", self.geometric_error_m),
             bytes(self.bytes as u64),
@@ -259,6 +271,11 @@ impl LevelReport {
         row.extend(self.file_bytes.map(|file| bytes(file as u64)));
         row
     }
+}
+
+fn points_of(level: &LodLevel) -> u64 {
+    let of_points = level.primitives.iter().filter(|p| p.topology == Topology::Points);
+    of_points.map(Primitive::count).sum::<usize>() as u64
 }
 
 /// The pictures of a scene, beside its levels.

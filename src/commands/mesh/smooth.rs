@@ -48,6 +48,8 @@ struct Report {
     meshes: Vec<MeshReport>,
     /// Names of meshes of lines and points, which have none.
     skipped: Vec<String>,
+    /// Names of meshes that are too small for their lattice: no triangle is left of them.
+    too_small: Vec<String>,
     /// What was wrong with the source.
     defects: Vec<Defect>,
 }
@@ -59,6 +61,8 @@ struct MeshReport {
     file: Option<PathBuf>,
     vertices: usize,
     triangles: usize,
+    /// Two of whose corners fall together on the lattice.
+    triangles_left_out: usize,
     /// Which have no smooth LOD.
     lines_left_out: usize,
     points_left_out: usize,
@@ -92,38 +96,67 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         .enumerate()
         .partition(|(_, model)| model.triangle_count() > 0);
     let skipped: Vec<String> = without.into_iter().map(|(_, model)| model.name.clone()).collect();
-    let meshes = with_triangles
-        .into_iter()
-        .map(|(number, model)| report(number, model, &args))
-        .collect::<anyhow::Result<Vec<_>>>()?;
+    anyhow::ensure!(
+        !with_triangles.is_empty(),
+        "{} has no triangles, and only triangles have smooth LODs",
+        args.file.display()
+    );
+    let (mut meshes, mut too_small) = (Vec::new(), Vec::new());
+    for (number, model) in with_triangles {
+        match report(number, model, &args)? {
+            Some(report) => meshes.push(report),
+            None => too_small.push(model.name.clone()),
+        }
+    }
     anyhow::ensure!(
         !meshes.is_empty(),
-        "{} has no triangles, and only triangles have smooth LODs",
+        "{} {TOO_SMALL}: scale it up, or ask for more --bits",
         args.file.display()
     );
     if args.json {
         return print_json(&Report {
             meshes,
             skipped,
+            too_small,
             defects,
         });
     }
     for name in &skipped {
         print(&format!("{name}: skipped, it has lines or points only"))?;
     }
+    for name in &too_small {
+        print(&format!("{name}: skipped, it {TOO_SMALL}"))?;
+    }
     for mesh in &meshes {
+        let name = &mesh.mesh;
         let (lines, points) = (mesh.lines_left_out, mesh.points_left_out);
         if lines + points > 0 {
-            let name = &mesh.mesh;
+            let (lines, points) = (counted(lines, "line"), counted(points, "point"));
             print(&format!(
-                "{name}: {lines} lines and {points} points left out, only triangles have smooth LODs"
+                "{name}: {lines} and {points} left out, only triangles have smooth LODs"
+            ))?;
+        }
+        if mesh.triangles_left_out > 0 {
+            let triangles = counted(mesh.triangles_left_out, "triangle");
+            print(&format!(
+                "{name}: {triangles} left out, of which corners fall together on the lattice"
             ))?;
         }
     }
     print(&summary(&meshes))
 }
 
-fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<MeshReport> {
+/// What is said of a mesh without a triangle whose corners are apart on the lattice.
+const TOO_SMALL: &str =
+    "is too small or has too few bits: the corners of all its triangles fall together on the lattice";
+
+/// `1 line`, `2 lines`.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// `None` when no triangle is left on the lattice.
+fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Option<MeshReport>> {
     ensure_in_reach(model)?;
     let chosen = publish::precision(model, 1.0);
     let precision = Precision {
@@ -133,6 +166,9 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Mes
     };
     let started = Instant::now();
     let mesh = QuantisedMesh::new(model, precision);
+    if mesh.triangles.is_empty() {
+        return Ok(None);
+    }
     let stream = encode(&mesh);
     let encode_s = started.elapsed().as_secs_f64();
 
@@ -163,7 +199,7 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Mes
         geometric_error_m,
         rms_error_m: cut.rms_error,
     });
-    Ok(MeshReport {
+    Ok(Some(MeshReport {
         mesh: model.name.clone(),
         rungs: rungs.collect(),
         file: args
@@ -173,6 +209,7 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Mes
             .transpose()?,
         vertices: mesh.positions.len(),
         triangles: mesh.triangles.len(),
+        triangles_left_out: mesh.degenerate,
         lines_left_out: count(model, Topology::Lines),
         points_left_out: count(model, Topology::Points),
         bytes: written.len(),
@@ -180,7 +217,7 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Mes
         object_bytes: 12 * mesh.positions.len() + 6 * mesh.triangles.len(),
         encode_s,
         decode_s,
-    })
+    }))
 }
 
 /// How many shapes of a kind a mesh has.
@@ -235,13 +272,18 @@ fn summary(meshes: &[MeshReport]) -> String {
         }
     }
     let sum = |of: fn(&MeshReport) -> f64| meshes.iter().map(of).sum::<f64>();
-    let triangles = sum(|mesh| mesh.triangles as f64);
+    let triangles = meshes.iter().map(|mesh| mesh.triangles).sum();
     let objects = sum(|mesh| mesh.object_bytes as f64);
     format!(
-        "{}\n{} meshes, {triangles} triangles, {} ({} of the objects, with attributes where there are any; positions and \
+        "{}\n{}, {}, {} ({} of the objects, with attributes where there are any; positions and \
          triangles as the thesis writes them: {}); encoded in {:.2} s, decoded in {:.3} s",
         table(&head, &rows),
-        meshes.len(),
+        if meshes.len() == 1 {
+            "1 mesh".to_owned()
+        } else {
+            format!("{} meshes", meshes.len())
+        },
+        counted(triangles, "triangle"),
         bytes(sum(|mesh| mesh.bytes as f64) as u64),
         percent(sum(|mesh| mesh.bytes as f64) / objects),
         percent(sum(|mesh| mesh.thesis_bytes.map_or(0.0, |bytes| bytes as f64)) / objects),

@@ -82,7 +82,10 @@ pub(super) fn nothing_to_draw(reader: &Reader, scene: &SourceScene) -> ImportErr
         .defects
         .iter()
         .take(REASONS)
-        .map(|d| format!("{} ({} times, first at {})", d.kind, d.count, d.first))
+        .map(|d| match d.count {
+            1 => format!("{} (once, at {})", d.kind, d.first),
+            count => format!("{} ({count} times, first at {})", d.kind, d.first),
+        })
         .collect();
     let authored = &scene.authored;
     let is_marked = [&authored.cells, &authored.portals, &authored.occluders];
@@ -102,6 +105,15 @@ mod tests {
     use serde_json::json;
 
     use crate::import::testing::Gltf;
+
+    #[test]
+    fn a_mesh_without_indices_in_its_list_is_named() {
+        let mut gltf = Gltf::triangle();
+        gltf.json["accessors"][1]["count"] = json!(0);
+        let said = gltf.import().expect_err("nothing is left").to_string();
+        let wanted = "primitive without indices in its list: dropped (once, at /meshes/0/primitives/0)";
+        assert!(said.contains(wanted), "{said}");
+    }
 
     #[test]
     fn extensions_that_are_not_kept_are_named() {

@@ -201,6 +201,13 @@ fn shapes(from: &mut Attributes, item: &Item, positions: &Morphed) -> Read<(Topo
         Some(Indices::Decoded(numbers)) => numbers.len(),
         None => vertex_count,
     };
+    if len == 0 {
+        let kind = match &indices {
+            Some(_) => "primitive without indices in its list: dropped",
+            None => "primitive without vertices: dropped",
+        };
+        return flaw(kind, item.place.clone());
+    }
     let Some((topology, unrolled_len)) = unrolled(mode, len) else {
         return flaw(
             "primitive of unknown mode: dropped",

@@ -1,7 +1,7 @@
 //! In which sizes is a picture published, and which of them does a level of detail need?
 //!
-//! A *ladder* holds the picture as it came and then each time half as wide and half as high (rounded down), while the
-//! longer side has at least [`SMALLEST_PX`] pixels and bytes still fall. Pixels are averages over the area that they
+//! A *ladder* holds the picture as it came and then each time half as wide and half as high (rounded down), while what
+//! that gives has at least [`SMALLEST_PX`] pixels along its longer side and bytes still fall. Pixels are averages over the area that they
 //! cover: of colours in linear light and weighted by alpha, of normals and other data as they stand. PNG stays PNG and
 //! JPEG stays JPEG; what is neither has one size ([`claims`] says what of it is looked at). A picture with a side of more than
 //! [`claims::LARGEST_PX`] pixels begins with the first size that has none.

@@ -382,6 +382,7 @@ impl<'a> Work<'a> {
     }
 }
 
-fn is_degenerate([a, b, c]: [u32; 3]) -> bool {
+/// Whether nothing is drawn of a triangle with these corners.
+pub(super) fn is_degenerate([a, b, c]: [u32; 3]) -> bool {
     a == b || b == c || c == a
 }

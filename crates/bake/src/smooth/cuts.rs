@@ -9,7 +9,7 @@ use super::error::{Ruler, Surface};
 use super::quantise::QuantisedMesh;
 
 /// Points on each surface when errors are measured, and for a first impression.
-const SAMPLES: usize = 600;
+pub(super) const SAMPLES: usize = 600;
 const FEW_SAMPLES: usize = 100;
 /// A first impression may be so much too large.
 const ROUGHLY: f64 = 1.25;
@@ -22,18 +22,18 @@ const MOST_CUTS: usize = 32;
 /// A decoder lags behind by what one step may take; this lets it make nearly all steps before the cut.
 const LAG_BYTES: usize = 64;
 
-/// Chooses cuts of a stream, of which `ends` has the bytes of passes. The last is the whole stream.
+/// Chooses cuts of a stream, of which `ends` has the bytes of passes. The last is the whole stream. `ruler` measures from
+/// `source`, the whole mesh, at [`SAMPLES`] points.
 ///
 /// # Errors
 /// When the stream cannot be decoded.
 pub(super) fn choose(
     mesh: &QuantisedMesh,
     header: &Header,
-    stream: &[u8],
-    ends: &[usize],
+    (stream, ends): (&[u8], &[usize]),
+    (source, ruler): (&Surface, &Ruler<'_>),
 ) -> Result<Vec<Cut>, SmoothError> {
-    let source = Surface::of(mesh);
-    let (ruler, rough_ruler) = (Ruler::new(&source, SAMPLES), Ruler::new(&source, FEW_SAMPLES));
+    let rough_ruler = Ruler::new(source, FEW_SAMPLES);
     let mut decoder = Decoder::new(u64::MAX);
     decoder.push(&header.to_bytes())?;
     let mut cuts: Vec<Cut> = Vec::new();

@@ -2,9 +2,10 @@
 //!
 //! 1. [`quantise`]: what exactly it will hold;
 //! 2. `collapse` over `quadric`: in what order it is coarsened;
-//! 3. `script`: the collapses, undone from the last, told to `belvedere_scene::smooth::replay`;
+//! 3. `lattices`: on how fine a lattice each pass stands;
+//! 4. `script`: the collapses, undone from the last, told to `belvedere_scene::smooth::replay`;
 //!    `weights` finds out first how this mesh's positions are predicted best;
-//! 4. `cuts` over [`mod@error`]: where it is good to stop.
+//! 5. `cuts` over [`mod@error`]: where it is good to stop.
 //!
 //! [`thesis`] writes the packets of the thesis, to compare with. [`publish`] says which models of a scene get one, how fine, and how far each rung is from the source.
 
@@ -12,6 +13,7 @@ pub mod canonical;
 mod collapse;
 mod cuts;
 pub mod error;
+mod lattices;
 mod planes;
 pub mod publish;
 #[cfg(test)]
@@ -28,12 +30,10 @@ use belvedere_scene::smooth::Header;
 use belvedere_scene::smooth::geometry::USUAL_WEIGHTS;
 use belvedere_scene::smooth::replay::Replay;
 
-use collapse::ClusterTree;
+use error::{Ruler, Surface};
 use quantise::QuantisedMesh;
 use script::Undo;
 
-/// The lattice of a pass is this much finer than what its collapses deviate.
-const LATTICE_SHARE: f64 = 0.25;
 /// Meshes with fewer vertices are not worth weights of their own.
 const LEAST_FITTED: usize = 600;
 
@@ -59,7 +59,9 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
         return header.to_bytes();
     }
     let tree = collapse::cluster(mesh);
-    let lacking = lattices(&tree, mesh.bits);
+    let source = Surface::of(mesh);
+    let ruler = Ruler::new(&source, cuts::SAMPLES);
+    let lacking = lattices::choose(mesh, &tree, &ruler);
     let mut undo = Undo::new(mesh, &tree, &lacking);
     let draft = Replay::new(&header).draft(&mut undo);
     header.wedges = undo.source_wedge.len() as u32;
@@ -68,7 +70,8 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
     }
     let (stream, ends) = draft.finish(&header.weights);
     header.total_bytes = (header.to_bytes().len() + stream.len()) as u32;
-    header.cuts = cuts::choose(mesh, &header, &stream, &ends).expect("a decoder reads what was just written");
+    header.cuts = cuts::choose(mesh, &header, (&stream, &ends), (&source, &ruler))
+        .expect("a decoder reads what was just written");
     let header_bytes = header.to_bytes().len() as u32;
     for cut in &mut header.cuts {
         cut.bytes += header_bytes;
@@ -77,18 +80,4 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
     let mut bytes = header.to_bytes();
     bytes.extend(stream);
     bytes
-}
-
-/// How many bits the lattice of each pass lacks, finest pass first.
-fn lattices(tree: &ClusterTree, bits: u32) -> Vec<u32> {
-    let mut lacking = 0;
-    let deviations = std::iter::once(0.0).chain(tree.passes.iter().map(|pass| pass.deviation));
-    deviations
-        .take(tree.passes.len())
-        .map(|deviation| {
-            let step = (deviation * LATTICE_SHARE).max(1.0);
-            lacking = (step.log2() as u32).min(bits - 1).max(lacking);
-            lacking
-        })
-        .collect()
 }
