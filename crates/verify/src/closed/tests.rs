@@ -145,6 +145,18 @@ fn a_door_that_lies_before_its_opening_keeps_its_gap() {
 }
 
 #[test]
+fn a_gap_is_closed_as_deep_as_the_frame_reaches_into_the_thickness_of_the_leaf() {
+    // The wall ends in the middle of the leaf.
+    let world = doorway(0.02, 0.1, OPAQUE);
+    let leaf = Leaf::of(&world, DOOR).unwrap();
+    let gap = leaf.gap(&world);
+    let passes = |x: f64, from: f64| gap.is_passed(DVec3::new(x, 0.0, from), DVec3::new(x, 0.0, -1.0));
+    assert!(passes(0.49, -3.0) && passes(0.49, -1.9002), "through what is left of the opening");
+    assert!(!passes(0.49, -1.8998), "from where nothing stands beside the leaf");
+    assert!(!passes(2.0, -3.0), "nowhere near it");
+}
+
+#[test]
 fn either_of_two_closed_doors_hides_what_it_hides() {
     let models = vec![
         quad([-9.0, -9.0], [-0.5, 9.0], -2.0, OPAQUE),
