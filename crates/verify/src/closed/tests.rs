@@ -151,7 +151,10 @@ fn a_gap_is_closed_as_deep_as_the_frame_reaches_into_the_thickness_of_the_leaf()
     let leaf = Leaf::of(&world, DOOR).unwrap();
     let gap = leaf.gap(&world);
     let passes = |x: f64, from: f64| gap.is_passed(DVec3::new(x, 0.0, from), DVec3::new(x, 0.0, -1.0));
-    assert!(passes(0.49, -3.0) && passes(0.49, -1.9002), "through what is left of the opening");
+    assert!(
+        passes(0.49, -3.0) && passes(0.49, -1.9002),
+        "through what is left of the opening"
+    );
     assert!(!passes(0.49, -1.8998), "from where nothing stands beside the leaf");
     assert!(!passes(2.0, -3.0), "nowhere near it");
 }
