@@ -13,7 +13,7 @@ use belvedere_scene::{
 };
 
 use crate::{
-    boxes::{TWO_ROOMS, askew},
+    boxes::{TWO_ROOMS, askew, two_rooms},
     program::{Data, THREE_ROOMS, text},
 };
 
@@ -167,6 +167,64 @@ async fn an_object_that_is_taken_out_of_a_record_is_named_with_its_cell_and_an_e
     let table = text(&data.run(&verify(&["--cell", "c0"])).stdout);
     assert!(
         table.contains(&object.to_string()) && table.contains("failed: "),
+        "{table}"
+    );
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_a_record_wrongly_hides_behind_a_closed_door_is_named_with_the_door() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.glb", two_rooms()), "rooms");
+    let right = json(&data.ok(&verify(&["--json"])));
+    let closed = &right["closed"];
+    assert_eq!(
+        (&closed["doors"], &closed["missed_objects"]),
+        (&1.into(), &0.into()),
+        "{closed}"
+    );
+    assert!(closed["eyes"].as_u64() >= Some(50), "{closed}");
+    let table = data.ok(&verify(&[]));
+    assert!(table.contains("with doors closed: 1 doors"), "{table}");
+
+    let door = closed["loosest"]["closed"][0].as_str().expect("the door is named");
+    let door: ObjectId = door.parse().expect("an object");
+
+    // What fills most of the view is said to vanish with the door.
+    let tampering = Tampering::with(&data, "rooms").await;
+    let mut changed = None;
+    tampering
+        .change_first_record(|record| {
+            let entries = record.opvs.iter_mut().chain(&mut record.lpvs);
+            let largest = entries.filter(|visible| visible.object != door && visible.doors.is_empty());
+            let largest = largest.max_by(|a, b| a.solid_angle_sr.total_cmp(&b.solid_angle_sr));
+            let largest = largest.expect("an entry that no door hides");
+            largest.doors = vec![door];
+            changed = Some((record.cell, largest.object));
+        })
+        .await;
+    let (cell, object) = changed.expect("a record was changed");
+    let failed = data.run(&verify(&["--json"]));
+    assert_eq!(failed.status.code(), Some(1));
+    let report = json(&text(&failed.stdout));
+    assert_eq!(
+        (&report["passed"], &report["missed_objects"]),
+        (&false.into(), &0.into())
+    );
+    let (closed, worst) = (&report["closed"], &report["closed"]["worst"]);
+    assert_eq!(closed["missed_objects"], 1, "{closed}");
+    assert_eq!(
+        (&worst["cell"], &worst["object"]),
+        (&cell.to_string().into(), &object.to_string().into())
+    );
+    assert_eq!(worst["closed"], serde_json::json!([door.to_string()]));
+    assert_eq!(worst["closed_nodes"], serde_json::json!(["door:between"]));
+    let message = text(&failed.stderr);
+    for part in ["with doors closed", "`door:between`", &object.to_string()] {
+        assert!(message.contains(part), "{part} in {message}");
+    }
+    let table = text(&data.run(&verify(&["--cell", &cell.to_string()])).stdout);
+    assert!(
+        table.contains("`door:between`") && table.contains("failed: "),
         "{table}"
     );
 }

@@ -48,7 +48,7 @@ impl Blockade {
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let mut faces = Vec::new();
-        for object in &scene.objects {
+        for object in scene.objects.iter() {
             let (model, mirrored) = (&scene.models[object.model], object.mirrored());
             for patch in model.patches.iter().filter(|patch| !patch.surface.see_through) {
                 let placed = patch.triangles.iter().map(|triangle| {

@@ -34,6 +34,8 @@ pub enum Place {
     Edge,
     /// On the border of an opening.
     Jamb,
+    /// As near as the cell comes to the border of a closed door: its hinge, its lock, the gap above or below it.
+    Leaf,
 }
 
 impl fmt::Display for Place {
@@ -45,6 +47,7 @@ impl fmt::Display for Place {
             Self::Face => "face",
             Self::Edge => "edge",
             Self::Jamb => "jamb",
+            Self::Leaf => "leaf",
         })
     }
 }
@@ -162,7 +165,7 @@ impl Room {
             other => other,
         };
         let on_surface = match place {
-            Place::Inside => {
+            Place::Inside | Place::Leaf => {
                 return Eye {
                     position: self.inside(random, error_m),
                     place,
@@ -178,6 +181,18 @@ impl Room {
             position: self.inset(on_surface.unwrap_or(self.middle), error_m),
             place,
         }
+    }
+
+    /// Where the way from somewhere to a place inside enters the cell, or a little further on every other time.
+    pub(crate) fn entered_from(&self, point: DVec3, random: &mut Random, error_m: f64) -> DVec3 {
+        let way = self.inside(random, error_m) - point;
+        let enter = self.along(point, way).map_or(1.0, |[enter, _]| enter.clamp(0.0, 1.0));
+        let further = if random.unit() < 0.5 {
+            0.0
+        } else {
+            random.unit().powi(4)
+        };
+        self.inset(point + (enter + further * (1.0 - enter)) * way, error_m)
     }
 
     fn inset(&self, point: DVec3, error_m: f64) -> DVec3 {

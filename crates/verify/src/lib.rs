@@ -16,7 +16,7 @@
 //! * [`blockade`]: straight ways between any two points, many of them, doors open or closed.
 //! * [`between`]: whether any sight line leads from one cell into another; `shut`: a proof that none does; `flat`: what is covered
 //!   in a plane; `block`: a box.
-//! * [`check`]: all cells, all eyes, and what came out.
+//! * [`check`]: all cells, all eyes, and what came out; [`closed`]: the same with doors closed, [`leaf`] being how these stand.
 //! * [`mod@line`]: one sight line from a cell to an object.
 //! * [`verdict`]: whether that is good enough.
 //! * [`picture`]: a view for people.
@@ -27,10 +27,12 @@ pub mod between;
 mod block;
 pub mod blockade;
 pub mod check;
+pub mod closed;
 pub mod cube;
 pub mod eyes;
 mod flat;
 pub mod glb;
+pub mod leaf;
 pub mod line;
 pub mod picture;
 mod random;

@@ -2,8 +2,10 @@
 //!
 //! The semantics of visibility, stated once: a face *shows* on the sides that a glTF renderer draws, its front and, if
 //! its material is double-sided, its back. It *hides* what is behind it on the sides where it shows, unless its material
-//! lets light through (`MASK`, `BLEND`, transmission) or it belongs to a door: sets are made with all doors open. Lines
-//! and points show and hide nothing. A transform that mirrors swaps front and back, as glTF 2.0 §3.7.4 says.
+//! lets light through (`MASK`, `BLEND`, transmission) or it belongs to a door that is open. Lines and points show and hide
+//! nothing. A transform that mirrors swaps front and back, as glTF 2.0 §3.7.4 says.
+
+use std::sync::Arc;
 
 use belvedere_scene::{Bounds, ObjectId};
 use glam::{DMat4, DVec3, Vec3};
@@ -54,26 +56,28 @@ pub struct Object {
     pub model: usize,
     /// Where it stands.
     pub world_from_object: DMat4,
-    /// Whether it is a door, which hides nothing.
+    /// Whether it is a door, which hides nothing while it is open.
     pub door: bool,
     /// No point of it is farther than this from where the source has it, in world space: the error that its level 0
     /// states.
     pub error_m: f64,
 }
 
-/// Everything there is to see.
-#[derive(Debug)]
+/// Everything there is to see, and which doors are closed.
+#[derive(Debug, Clone)]
 pub struct Scene {
     /// Unique geometries.
-    pub models: Vec<Model>,
+    pub models: Arc<[Model]>,
     /// Objects; their position in this list is their id.
-    pub objects: Vec<Object>,
+    pub objects: Arc<[Object]>,
     /// The box around each object in world space, empty for one without geometry.
-    bounds: Vec<Bounds>,
+    bounds: Arc<[Bounds]>,
     /// The box around everything.
     all: Bounds,
     /// The largest error of any object.
     error_m: f64,
+    /// Doors that hide, rising.
+    closed: Vec<ObjectId>,
 }
 
 impl Model {
@@ -135,7 +139,7 @@ impl Object {
 }
 
 impl Scene {
-    /// Puts a scene together; objects must stand at the position of their id and name models that are there.
+    /// Puts a scene together, all doors open; objects must stand at the position of their id and name models that are there.
     #[must_use]
     pub fn new(models: Vec<Model>, objects: Vec<Object>) -> Self {
         let around = |object: &Object| {
@@ -147,12 +151,34 @@ impl Scene {
         let all = bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
         let error_m = objects.iter().map(|object| object.error_m).fold(0.0, f64::max);
         Self {
-            models,
-            objects,
-            bounds,
+            models: models.into(),
+            objects: objects.into(),
+            bounds: bounds.into(),
             all,
             error_m,
+            closed: Vec::new(),
         }
+    }
+
+    /// The same scene with these doors closed, and all others open.
+    #[must_use]
+    pub fn with_closed(&self, doors: &[ObjectId]) -> Self {
+        let mut closed = doors.to_vec();
+        closed.sort_unstable();
+        Self { closed, ..self.clone() }
+    }
+
+    /// The doors that are closed, rising.
+    #[must_use]
+    pub fn closed(&self) -> &[ObjectId] {
+        &self.closed
+    }
+
+    /// Whether it is a door that is open, so that it hides nothing.
+    #[must_use]
+    pub fn is_open(&self, object: usize) -> bool {
+        let Object { door, id, .. } = self.objects[object];
+        door && self.closed.binary_search(&id).is_err()
     }
 
     /// The model of an object.

@@ -57,6 +57,7 @@ mod tests {
             missed_pixels,
             misses: vec![Miss {
                 cell: CellId(0),
+                closed: vec![],
                 eye: [0.0; 3],
                 place: Place::Inside,
                 direction: [1.0, 0.0, 0.0],

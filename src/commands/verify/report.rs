@@ -1,13 +1,13 @@
 //! How does the outcome read? As a table for people, as JSON for programs.
 
-use belvedere_scene::{Revision, SceneName, record::Guarantee};
+use belvedere_scene::{ObjectId, Revision, SceneName, record::Guarantee};
 use belvedere_verify::{
     check::{FINE_PX, Miss, Outcome, Settings, Tightness},
     verdict,
 };
 use serde::Serialize;
 
-use super::load::Published;
+use super::{Found, load::Published};
 use crate::commands::output::table;
 
 /// At most so many misses are listed one by one.
@@ -22,10 +22,22 @@ pub(super) struct Report {
     method: String,
     guarantee: Guarantee,
     cells: usize,
-    eyes: u64,
     size_px: usize,
     seed: u64,
     seconds: f64,
+    #[serde(flatten)]
+    open: Findings,
+    /// The same with doors closed, when some record names one.
+    closed: Option<ClosedReport>,
+    rule: String,
+    failures: Vec<String>,
+    passed: bool,
+}
+
+/// What eyes found.
+#[derive(Debug, Serialize)]
+struct Findings {
+    eyes: u64,
     /// Pixels that show an object, in all views.
     pixels: u64,
     /// Objects missing from a record, each pair of cell and object once.
@@ -42,9 +54,19 @@ pub(super) struct Report {
     worst: Option<NamedMiss>,
     /// The largest misses.
     misses: Vec<NamedMiss>,
-    rule: String,
-    failures: Vec<String>,
-    passed: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct ClosedReport {
+    /// Doors that some record names.
+    doors: usize,
+    /// Pairs of a cell and the doors that were closed there.
+    situations: usize,
+    #[serde(flatten)]
+    findings: Findings,
+    /// What is seen only through gaps that count as closed.
+    gap_objects: u64,
+    gap_pixels: u64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -52,26 +74,31 @@ struct NamedMiss {
     #[serde(flatten)]
     miss: Miss,
     source_node: String,
+    /// The names of the doors that are closed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    closed_nodes: Vec<String>,
 }
 
-impl Report {
-    pub(super) fn new(published: &Published, settings: &Settings, outcome: &Outcome, seconds: f64) -> Self {
+/// How doors that are closed are told of.
+pub(super) fn with_closed(doors: &[ObjectId]) -> String {
+    let doors: Vec<_> = doors.iter().map(ToString::to_string).collect();
+    match &doors[..] {
+        [] => String::new(),
+        doors => format!(" with {} closed", doors.join(" and ")),
+    }
+}
+
+impl Findings {
+    fn new(published: &Published, outcome: &Outcome) -> Self {
+        let node = |object: &ObjectId| published.nodes.get(object.0 as usize).cloned().unwrap_or_default();
         let named = |miss: &Miss| NamedMiss {
             miss: miss.clone(),
-            source_node: published.nodes.get(miss.object.0 as usize).cloned().unwrap_or_default(),
+            source_node: node(&miss.object),
+            closed_nodes: miss.closed.iter().map(node).collect(),
         };
         let misses: Vec<_> = outcome.misses.iter().take(LISTED).map(named).collect();
-        let failures = verdict::failures(outcome);
         Self {
-            scene: published.pointer.scene.clone(),
-            revision: published.pointer.revision,
-            method: published.visibility.method.clone(),
-            guarantee: published.visibility.guarantee,
-            cells: published.cells.len(),
             eyes: outcome.eyes,
-            size_px: settings.size_px,
-            seed: settings.seed,
-            seconds,
             pixels: outcome.pixels,
             missed_objects: outcome.misses.len(),
             missed_pixels: outcome.missed_pixels,
@@ -83,32 +110,21 @@ impl Report {
             loosest: outcome.loosest(),
             worst: misses.first().cloned(),
             misses,
-            rule: verdict::rule(),
-            passed: failures.is_empty(),
-            failures,
         }
     }
 
-    /// For people; `drawn` says what the picture shows.
-    pub(super) fn text(&self, drawn: Option<&str>) -> String {
-        let guarantee = match self.guarantee {
-            Guarantee::Conservative => "conservative",
-            Guarantee::Sampled => "sampled",
-        };
-        let mut lines = vec![
+    fn rows(&self) -> [(&'static str, String); 4] {
+        let loosest = self.loosest.as_ref().map_or_else(String::new, |l| {
             format!(
-                "{}, revision {}: {} ({guarantee}), {} cells, {} eyes, {} × {} pixels on six faces, {:.1} s",
-                self.scene, self.revision, self.method, self.cells, self.eyes, self.size_px, self.size_px, self.seconds,
-            ),
-            String::new(),
-        ];
-        let loosest = self.loosest.map_or_else(String::new, |l| {
-            format!(
-                ", least tight {}: {} listed, {} seen by {} eyes",
-                l.cell, l.listed, l.seen, l.eyes
+                ", least tight {}{}: {} listed, {} seen by {} eyes",
+                l.cell,
+                with_closed(&l.closed),
+                l.listed,
+                l.seen,
+                l.eyes
             )
         });
-        let facts = [
+        [
             ("missed objects", format!("{}", self.missed_objects)),
             (
                 "false-negative pixels",
@@ -131,11 +147,136 @@ impl Report {
                     self.tightness_mean, self.tightness_of_entries,
                 ),
             ),
+        ]
+    }
+
+    fn miss_table(&self) -> Option<String> {
+        let pixels = format!("pixels at {FINE_PX}²");
+        let closed = self.misses.iter().any(|named| !named.miss.closed.is_empty());
+        let mut head = vec!["cell", "object", "node", &pixels, "eye", "place"];
+        head.extend(closed.then_some("closed"));
+        let rows: Vec<_> = self
+            .misses
+            .iter()
+            .take(ROWS)
+            .map(|named| {
+                let NamedMiss { miss, source_node, .. } = named;
+                let mut row = vec![
+                    miss.cell.to_string(),
+                    miss.object.to_string(),
+                    source_node.clone(),
+                    miss.pixels.to_string(),
+                    miss.eye.map(|x| format!("{x:.4}")).join(" "),
+                    miss.place.to_string(),
+                ];
+                row.extend(closed.then(|| named.doors().join(", ")));
+                row
+            })
+            .collect();
+        let more = self.missed_objects - rows.len();
+        let tail = if more > 0 {
+            format!("\n… and {more} more")
+        } else {
+            String::new()
+        };
+        (!rows.is_empty()).then(|| format!("{}{tail}", table(&head, &rows)))
+    }
+}
+
+impl NamedMiss {
+    /// The doors that are closed, each with its name.
+    fn doors(&self) -> Vec<String> {
+        let doors = self.miss.closed.iter().zip(&self.closed_nodes);
+        doors.map(|(door, node)| format!("{door} `{node}`")).collect()
+    }
+
+    fn told(&self) -> String {
+        let Miss { object, cell, eye, .. } = &self.miss;
+        let closed = match &self.doors()[..] {
+            [] => String::new(),
+            doors => format!(" with {} closed", doors.join(" and ")),
+        };
+        format!(
+            "; the worst: {object} (`{}`) is seen from {cell} at {eye:?}{closed} and is not in its record",
+            self.source_node
+        )
+    }
+}
+
+impl Report {
+    pub(super) fn new(published: &Published, settings: &Settings, found: &Found, seconds: f64) -> Self {
+        let mut failures = verdict::failures(&found.open);
+        let with_doors = verdict::failures(&found.closed).into_iter();
+        failures.extend(with_doors.map(|failure| format!("with doors closed, {failure}")));
+        let closed = (found.situations > 0).then(|| ClosedReport {
+            doors: found.doors,
+            situations: found.situations,
+            findings: Findings::new(published, &found.closed),
+            gap_objects: found.closed.gap_objects,
+            gap_pixels: found.closed.gap_pixels,
+        });
+        Self {
+            scene: published.pointer.scene.clone(),
+            revision: published.pointer.revision,
+            method: published.visibility.method.clone(),
+            guarantee: published.visibility.guarantee,
+            cells: published.cells.len(),
+            size_px: settings.size_px,
+            seed: settings.seed,
+            seconds,
+            open: Findings::new(published, &found.open),
+            closed,
+            rule: verdict::rule(),
+            passed: failures.is_empty(),
+            failures,
+        }
+    }
+
+    pub(super) fn passed(&self) -> bool {
+        self.passed
+    }
+
+    /// For people; `drawn` says what the picture shows.
+    pub(super) fn text(&self, drawn: Option<&str>) -> String {
+        let guarantee = match self.guarantee {
+            Guarantee::Conservative => "conservative",
+            Guarantee::Sampled => "sampled",
+        };
+        let fact = |(name, value): (&str, String)| format!("  {name:<22} {value}");
+        let mut lines = vec![
+            format!(
+                "{}, revision {}: {} ({guarantee}), {} cells, {} eyes, {} × {} pixels on six faces, {:.1} s",
+                self.scene,
+                self.revision,
+                self.method,
+                self.cells,
+                self.open.eyes,
+                self.size_px,
+                self.size_px,
+                self.seconds,
+            ),
+            String::new(),
         ];
-        lines.extend(facts.map(|(name, value)| format!("  {name:<22} {value}")));
-        if !self.misses.is_empty() {
-            lines.push(String::new());
-            lines.push(self.miss_table());
+        lines.extend(self.open.rows().map(fact));
+        if let Some(misses) = self.open.miss_table() {
+            lines.extend([String::new(), misses]);
+        }
+        if let Some(closed) = &self.closed {
+            let findings = &closed.findings;
+            let head = format!(
+                "  with doors closed: {} doors in {} pairs of a cell and what is closed, {} eyes",
+                closed.doors, closed.situations, findings.eyes
+            );
+            lines.extend([String::new(), head]);
+            lines.extend(findings.rows().map(fact));
+            let gaps = format!(
+                "{} objects, {} pixels through gaps around doors that count as closed",
+                closed.gap_objects, closed.gap_pixels
+            );
+            lines.push(fact(("not held against it", gaps)));
+            if let Some(misses) = findings.miss_table() {
+                lines.extend([String::new(), misses]);
+            }
         }
         lines.push(String::new());
         lines.extend(drawn.map(|drawn| format!("  picture: {drawn}")));
@@ -147,48 +288,15 @@ impl Report {
         lines.join("\n")
     }
 
-    fn miss_table(&self) -> String {
-        let pixels = format!("pixels at {FINE_PX}²");
-        let head = ["cell", "object", "node", &pixels, "eye", "place"];
-        let rows: Vec<_> = self
-            .misses
-            .iter()
-            .take(ROWS)
-            .map(|NamedMiss { miss, source_node }| {
-                vec![
-                    miss.cell.to_string(),
-                    miss.object.to_string(),
-                    source_node.clone(),
-                    miss.pixels.to_string(),
-                    miss.eye.map(|x| format!("{x:.4}")).join(" "),
-                    miss.place.to_string(),
-                ]
-            })
-            .collect();
-        let more = self.missed_objects - rows.len();
-        let tail = if more > 0 {
-            format!("\n… and {more} more")
-        } else {
-            String::new()
-        };
-        format!("{}{tail}", table(&head, &rows))
-    }
-
     /// The sentence with which the command fails.
-    pub(super) fn refusal(&self, failures: &[String]) -> String {
-        let worst = self
-            .worst
-            .as_ref()
-            .map_or_else(String::new, |NamedMiss { miss, source_node }| {
-                format!(
-                    "; the worst: {} (`{source_node}`) is seen from {} at {:?} and is not in its record",
-                    miss.object, miss.cell, miss.eye,
-                )
-            });
+    pub(super) fn refusal(&self) -> String {
+        let closed = self.closed.as_ref().map(|closed| &closed.findings);
+        let worst = self.open.worst.as_ref().or(closed.and_then(|c| c.worst.as_ref()));
         format!(
-            "the visible sets of `{}` are not good enough: {}{worst}",
+            "the visible sets of `{}` are not good enough: {}{}",
             self.scene,
-            failures.join("; ")
+            self.failures.join("; "),
+            worst.map_or_else(String::new, NamedMiss::told)
         )
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! Two passes. First all that hides, nearest pixel wins. Objects that are expected come first and a tie keeps what is
 //! there, so two surfaces in one place never make an unexpected object out of an expected one. Then all that shows but
-//! hides nothing (glass, doors, lines, points): it shows wherever it stands before what hides, in any number of layers.
+//! hides nothing (glass, open doors, lines, points): it shows wherever it stands before what hides, in any number of layers.
 //!
 //! Costs one transform of each vertex and at most one rasterisation of each triangle per face that it touches.
 
@@ -183,7 +183,8 @@ impl Cube {
     fn draw_object(&mut self, scene: &Scene, eye: DVec3, paint: Paint) {
         let object = &scene.objects[paint.object as usize];
         let model = scene.model_of(paint.object as usize);
-        let wanted = |patch: &&Patch| (!patch.surface.see_through && !object.door) == paint.hides;
+        let open = scene.is_open(paint.object as usize);
+        let wanted = |patch: &&Patch| (!patch.surface.see_through && !open) == paint.hides;
         let thin = !model.lines.is_empty() || !model.points.is_empty();
         let shapes = thin && !paint.hides;
         if !shapes && !model.patches.iter().any(|patch| wanted(&patch)) {
