@@ -188,7 +188,7 @@ impl SceneReader {
         let Some(entry) = self.cell_entry(cell).await? else {
             return Ok(None);
         };
-        let decode = |bytes: &[u8]| CellRecord::decode(&bytes).map_err(|e| e.to_string());
+        let decode = |bytes: &[u8]| CellRecord::decode(bytes).map_err(|e| e.to_string());
         self.decode(&entry.record, decode).await.map(Some)
     }
 
@@ -231,7 +231,7 @@ impl SceneReader {
         let Some(name) = self.cell_entry(cell).await?.and_then(|entry| entry.steps) else {
             return Ok(None);
         };
-        let decode = |bytes: &[u8]| Steps::decode(&bytes).map_err(|e| e.to_string());
+        let decode = |bytes: &[u8]| Steps::decode(bytes).map_err(|e| e.to_string());
         self.decode(&name, decode).await.map(Some)
     }
 

@@ -393,7 +393,7 @@ async fn whichever_form_is_asked_for_no_damage_of_it_is_sent() {
         server.blobs.put(&name, bytes.clone().into()).await.unwrap();
         objects.push((name, bytes));
     }
-    let damaged = |i: usize| (i % 4 != 0).then_some([("zstd", "zst"), ("gzip", "gz")][i % 2]);
+    let damaged = |i: usize| (!i.is_multiple_of(4)).then_some([("zstd", "zst"), ("gzip", "gz")][i % 2]);
     for (i, (name, _)) in objects.iter().enumerate() {
         if let Some((_, suffix)) = damaged(i) {
             let file = server.data.path().join(format!("o/{name}.{suffix}"));
