@@ -151,7 +151,7 @@ pub(super) fn etag(hash: BlobHash, coding: Option<Coding>) -> Bytes {
 pub(super) struct Entry {
     pub(super) forms: Arc<Representations>,
     /// What it weighed when it was put there: forms that are read later are weighed when it is put there again.
-    weight: u64,
+    pub(super) weight: u64,
 }
 
 impl Entry {

@@ -98,8 +98,7 @@ impl BlobStore {
         };
         match slot.get_or_try_init(reading).await {
             Ok(_) => {
-                // It weighs more now, if nobody has thrown it out meanwhile.
-                let _ = self.inner.cache.replace(name.clone(), Entry::of(forms.clone()), true);
+                self.weigh(name, forms);
                 Ok(())
             }
             Err(error) => {
@@ -150,7 +149,20 @@ impl BlobStore {
         }
         self.inner.misses.fetch_add(1, Ordering::Relaxed);
         self.inner.cache.insert(name.clone(), Entry::of(forms.clone()));
+        self.weigh(name, forms);
         true
+    }
+
+    /// A blob weighs more since another form of it is here; unless it has been thrown out, or read anew, meanwhile.
+    fn weigh(&self, name: &BlobName, forms: &Arc<Representations>) {
+        let cache = &self.inner.cache;
+        while let Some(held) = cache.peek(name).filter(|held| Arc::ptr_eq(&held.forms, forms)) {
+            let entry = Entry::of(forms.clone());
+            // Forms that come at the same time are weighed by whoever comes last.
+            if entry.weight == held.weight || cache.replace(name.clone(), entry, true).is_err() {
+                return;
+            }
+        }
     }
 
     /// Counts that somebody was answered from memory.

@@ -5,12 +5,12 @@
 //! limited in bytes, so that hot objects cost neither a system call nor a hop to the blocking pool.
 //!
 //! **Order of writing.** Variants first, the identity file last, each in one step: a blob exists exactly when its
-//! identity file does. Whoever names blobs in a place that lasts calls [`BlobStore::sync`] before: one request to the disk for
+//! identity file does, and is deleted in the same order. Whoever names blobs in a place that lasts calls [`BlobStore::sync`] before: one request to the disk for
 //! thousands of files. A crash before leaves variants that nobody reads, which [`BlobStore::list`] names, and parts of files, which
 //! [`BlobStore::unfinished`] names, so that both can be collected, and a loss of power may leave files without their bytes; `put` compares what is there and mends it. A bucket
 //! that has taken an object keeps it whole, so there `put` compares lengths and `sync` has nothing to do.
 //!
-//! **Trust.** An identity is hashed when it is loaded, and so is what a variant decodes to; bytes that are not what their name
+//! **Trust.** An identity is hashed when it is first loaded, and so is what a variant decodes to; later its [seal](seals) is compared. Bytes that are not what their name
 //! promises are [`StoreError::Corrupt`], never served, never kept in memory and never mistaken for "no such blob". Where a
 //! variant is damaged, that is told once, in the log ([`StoreError::CorruptVariant`]), and the blob has one form less. Each form is
 //! checked when it is loaded, by itself, and loaded when it is asked for.
@@ -198,10 +198,11 @@ impl BlobStore {
     /// # Errors
     /// When the store fails.
     pub async fn delete(&self, name: &BlobName) -> Result<(), StoreError> {
+        // As long as a variant is there, so is what it is a variant of.
         let keys = [
-            identity_key(name),
             variant_key(name, Coding::Zstd),
             variant_key(name, Coding::Gzip),
+            identity_key(name),
         ];
         for key in keys {
             match self.inner.objects.delete(&key).await {

@@ -1,22 +1,24 @@
 import { describe, expect, it } from "vitest";
-import { type Crate, frameOf, withoutBackdrop } from "./framing.ts";
+import { frameOf, type WeightedBounds, withoutBackdrop } from "./framing.ts";
 import type { Bounds, Vec3 } from "./geometry.ts";
 import type { PublishedScene } from "./published.ts";
 
-const cube = (x: number, y: number, z: number, half: number, count = 1): Crate => ({
+const cube = (x: number, y: number, z: number, half: number, count = 1): WeightedBounds => ({
   bounds: { min: [x - half, y - half, z - half], max: [x + half, y + half, z + half] },
   count,
 });
+/** Nobody waits for it. */
+const LONG = new Promise<void>(() => {});
 /** A hall of 4 × 4 exhibits, 2 m apart. */
 const EXHIBITS = Array.from({ length: 16 }, (_, i) => cube(2 * (i % 4), 1, 2 * Math.floor(i / 4), 0.5));
-const FLOOR: Crate = { bounds: { min: [-4, -0.1, -4], max: [10, 0, 10] }, count: 1 };
+const FLOOR: WeightedBounds = { bounds: { min: [-4, -0.1, -4], max: [10, 0, 10] }, count: 1 };
 const HALL: Bounds = { min: [-4, -0.1, -4], max: [10, 1.5, 10] };
 
 describe("what belongs into a picture of all", () => {
   it("is no dome of sky around it, in one piece or in several, nor what was left far away", () => {
     const dome = cube(3, 0, 3, 150);
     expect(withoutBackdrop([dome, ...EXHIBITS, FLOOR])).toEqual(HALL);
-    const pieces = [0, 1, 2, 3].map((i): Crate => {
+    const pieces = [0, 1, 2, 3].map((i): WeightedBounds => {
       const min: Vec3 = [i & 1 ? 0 : -150, 0, i & 2 ? 0 : -150];
       return { bounds: { min, max: [min[0] + 150, 100, min[2] + 150] }, count: 1 };
     });
@@ -58,12 +60,22 @@ describe("the frame of a scene", () => {
 
   it("is told by a small world with its manifest, else by a few chunks", async () => {
     const never = () => expect.fail("asked");
-    expect(await frameOf(sceneOf({ whole: { objects, models: new Map() } }, never))).toEqual(HALL);
-    expect(await frameOf(sceneOf({}))).toEqual(HALL);
+    expect(await frameOf(sceneOf({ whole: { objects, models: new Map() } }, never), LONG)).toEqual(HALL);
+    expect(await frameOf(sceneOf({}), LONG)).toEqual(HALL);
   });
 
   it("is the box around everything where an author says where to begin, or a chunk cannot be had", async () => {
-    expect(await frameOf(sceneOf({ viewpoints: [] }))).toEqual(bounds);
-    expect(await frameOf(sceneOf({}, () => Promise.reject(new Error("lost"))))).toEqual(bounds);
+    expect(await frameOf(sceneOf({ viewpoints: [] }), LONG)).toEqual(bounds);
+    expect(
+      await frameOf(
+        sceneOf({}, () => Promise.reject(new Error("lost"))),
+        LONG,
+      ),
+    ).toEqual(bounds);
+  });
+
+  it("is the box around everything when it is enough before a silent chunk has come", async () => {
+    const silent = () => new Promise(() => {});
+    expect(await frameOf(sceneOf({}, silent), Promise.resolve())).toEqual(bounds);
   });
 });

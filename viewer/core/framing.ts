@@ -9,28 +9,27 @@ import { type Bounds, boundsOf, middle, subtract, type Vec3 } from "./geometry.t
 import { madeUp } from "./overview.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
-import { pause } from "./transfer.ts";
 
 /** A gap is wide where what lies beyond reaches so many times as far; fewer objects are no backdrop, and at least such a share has to stay. */
 const [WIDE, LEAST_SHARE] = [4, 0.75];
 /** Of fewer objects any may be what it is all about. */
 const LEAST_OBJECTS = 8;
-/** A few documents are read for it, and nobody waits longer. */
-const [MOST_CHUNKS, LONGEST_MS] = [4, 2000];
+/** A few documents are read for it. */
+const MOST_CHUNKS = 4;
 
 /** A box, and how many objects lie in it. */
-export interface Crate {
+export interface WeightedBounds {
   readonly bounds: Bounds;
   readonly count: number;
 }
 
 /** The box around objects without what is only behind them; `undefined` where nothing is left out. */
-export function withoutBackdrop(crates: readonly Crate[]): Bounds | undefined {
-  const total = crates.reduce((sum, { count }) => sum + count, 0);
+export function withoutBackdrop(boxes: readonly WeightedBounds[]): Bounds | undefined {
+  const total = boxes.reduce((sum, { count }) => sum + count, 0);
   if (total < LEAST_OBJECTS) return undefined;
-  const centre: Vec3 = [median(crates, 0, total), median(crates, 1, total), median(crates, 2, total)];
-  const reaching = crates
-    .map((crate) => ({ ...crate, reach_m: reach(crate.bounds, centre) }))
+  const centre: Vec3 = [median(boxes, 0, total), median(boxes, 1, total), median(boxes, 2, total)];
+  const reaching = boxes
+    .map((box) => ({ ...box, reach_m: reach(box.bounds, centre) }))
     .sort((a, b) => a.reach_m - b.reach_m);
   let inside = 0;
   for (const [at, { count, reach_m }] of reaching.entries()) {
@@ -43,26 +42,25 @@ export function withoutBackdrop(crates: readonly Crate[]): Bounds | undefined {
   return undefined;
 }
 
-/** The same of a scene in which no author says where to begin, as far as the index says so in time; else the box around all of it. */
-export async function frameOf(scene: PublishedScene): Promise<Bounds> {
+/** The same of a scene in which no author says where to begin, as far as the index says so before it is enough; else the box around all of it. */
+export async function frameOf(scene: PublishedScene, enough: Promise<void>): Promise<Bounds> {
   const { bounds, objects, whole } = scene.manifest;
   if (!madeUp(scene.manifest)) return bounds;
-  const crates = whole
+  const boxes = whole
     ? whole.objects.map((entry) => ({ bounds: entry.bounds, count: 1 }))
-    : await objectsIn(scene, objects.entries);
-  return withoutBackdrop(crates) ?? bounds;
+    : await objectsIn(scene, objects.entries, enough);
+  return withoutBackdrop(boxes) ?? bounds;
 }
 
 /** The objects of a few chunks; where there are more, chunks have to do. */
-async function objectsIn(scene: PublishedScene, entries: readonly PageEntry[]): Promise<readonly Crate[]> {
+async function objectsIn(
+  scene: PublishedScene,
+  entries: readonly PageEntry[],
+  enough: Promise<void>,
+): Promise<readonly WeightedBounds[]> {
   if (entries.length > MOST_CHUNKS || entries.some(({ kind }) => kind === "page")) return entries;
-  const waiting = new AbortController();
   const read = Promise.all(entries.map((entry) => scene.objectChunk(entry, PRIORITY.document)));
-  const chunks = await Promise.race([
-    read.catch(() => undefined),
-    pause(LONGEST_MS, waiting.signal).then(() => undefined),
-  ]);
-  waiting.abort();
+  const chunks = await Promise.race([read.catch(() => undefined), enough.then(() => undefined)]);
   return chunks?.flat().map(({ bounds }) => ({ bounds, count: 1 })) ?? entries;
 }
 
@@ -73,8 +71,8 @@ function reach({ min, max }: Bounds, from: Vec3): number {
 }
 
 /** Of the middles of boxes along an axis, each as often as there are objects in it. */
-function median(crates: readonly Crate[], axis: 0 | 1 | 2, total: number): number {
-  const inOrder = crates.map(({ bounds, count }) => ({ at: middle(bounds)[axis], count })).sort((a, b) => a.at - b.at);
+function median(boxes: readonly WeightedBounds[], axis: 0 | 1 | 2, total: number): number {
+  const inOrder = boxes.map(({ bounds, count }) => ({ at: middle(bounds)[axis], count })).sort((a, b) => a.at - b.at);
   let before = 0;
   for (const { at, count } of inOrder) {
     before += count;

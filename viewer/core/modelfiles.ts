@@ -134,13 +134,18 @@ export class ModelFiles {
   private async fetchGlb(load: Load, level: Level, packs: ReadonlyMap<string, number>): Promise<ArrayBuffer> {
     const { pack } = level;
     if (pack && packs.has(pack.url) && this.parts.queue.cost_bytes(level) > 0) {
+      let alone: Promise<ArrayBuffer> | undefined;
       try {
         const outOf = this.fetchOutOf(load, level, pack);
         const silent = this.parts.queue.untilQuiet(this.parts.tree.resolve(pack.url));
         const come = await Promise.race([outOf, silent]);
         // What a silent pack holds is asked for alone, too, and comes as it comes first.
-        return come ?? (await Promise.any([outOf, this.fetch(load, level)]));
+        if (come) return come;
+        alone = this.fetch(load, level);
+        return await Promise.any([outOf, alone]);
       } catch (error) {
+        // It has been had neither way: why not alone is what to tell.
+        if (alone) return await alone;
         if (load.state === "cancelled") throw error;
       }
     }

@@ -4,6 +4,8 @@ import type { Bounds, Vec3 } from "./geometry.ts";
 import type { PublishedScene } from "./published.ts";
 import { isRoofed } from "./roofed.ts";
 
+/** Nobody waits for it. */
+const LONG = new Promise<void>(() => {});
 const WORLD: Bounds = { min: [0, 0, 0], max: [20, 6, 20] };
 
 function cell(id: number, min: Vec3, max: Vec3, ...adjacent: number[]): CellEntry {
@@ -24,24 +26,24 @@ const nextRoom = cell(1, [9, 0, 1], [19, 3, 9], 0);
 const sky = cell(2, [-2, 6, -2], [22, 9, 22]);
 
 it("there is a roof over a room from which no cell leads up, although one could fly over it", async () => {
-  expect(await isRoofed(world([room(1), nextRoom, sky]), WORLD)).toBe(true);
+  expect(await isRoofed(world([room(1), nextRoom, sky]), WORLD, LONG)).toBe(true);
 });
 
 it("there is none over a street, however many cells it is cut into upwards", async () => {
   const over = cell(1, [-2, 3, -2], [22, 6, 22], 0, 2);
-  expect(await isRoofed(world([room(1), over, { ...sky, adjacent: [1] }]), WORLD)).toBe(false);
-  expect(await isRoofed(world([cell(0, [1, 0, 1], [9, 9, 9])]), WORLD)).toBe(false);
+  expect(await isRoofed(world([room(1), over, { ...sky, adjacent: [1] }]), WORLD, LONG)).toBe(false);
+  expect(await isRoofed(world([cell(0, [1, 0, 1], [9, 9, 9])]), WORLD, LONG)).toBe(false);
 });
 
 it("what is open above next door is no sky over here", async () => {
   const court = cell(1, [9, 0, 1], [19, 9, 9], 0);
-  expect(await isRoofed(world([room(1), court]), WORLD)).toBe(true);
+  expect(await isRoofed(world([room(1), court]), WORLD, LONG)).toBe(true);
 });
 
 it("nothing is asked where an author says where to begin, or nobody could fly over it", async () => {
   const never = () => expect.fail("asked");
-  expect(await isRoofed(world([room(), sky], false, never), WORLD)).toBe(false);
-  expect(await isRoofed(world([room(1), nextRoom], true, never), WORLD)).toBe(false);
+  expect(await isRoofed(world([room(), sky], false, never), WORLD, LONG)).toBe(false);
+  expect(await isRoofed(world([room(1), nextRoom], true, never), WORLD, LONG)).toBe(false);
 });
 
 it("what cannot be had says nothing of a roof", async () => {
@@ -49,6 +51,12 @@ it("what cannot be had says nothing of a roof", async () => {
     await isRoofed(
       world([room(), sky], true, () => Promise.reject(new Error("lost"))),
       WORLD,
+      LONG,
     ),
   ).toBe(false);
+});
+
+it("what is silent until it is enough says nothing of a roof", async () => {
+  const silent = () => new Promise<never>(() => {});
+  expect(await isRoofed(world([room(), sky], true, silent), WORLD, Promise.resolve())).toBe(false);
 });

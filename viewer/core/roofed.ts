@@ -8,22 +8,19 @@ import type { Bounds } from "./geometry.ts";
 import { madeUp, reachesAbove } from "./overview.ts";
 import { PRIORITY } from "./priority.ts";
 import type { PublishedScene } from "./published.ts";
-import { pause } from "./transfer.ts";
 
-/** Nobody waits longer to learn that. */
-const LONGEST_MS = 2000;
 /** So many storeys are climbed. */
 const MOST_STEPS = 64;
 
-/** Whether the place that a bake has made up has a roof above it, as far as the index says so in time. */
-export async function isRoofed(scene: PublishedScene, frame: Bounds): Promise<boolean> {
+/** Whether the place that a bake has made up has a roof above it, as far as the index says so before it is enough. */
+export async function isRoofed(scene: PublishedScene, frame: Bounds, enough: Promise<void>): Promise<boolean> {
   const place = madeUp(scene.manifest);
   if (!place || !reachesAbove(scene.manifest, frame)) return false;
-  const waiting = new AbortController();
+  const climbing = new AbortController();
   // What cannot be had says nothing of a roof.
-  const climbed = endsBelow(scene, place, frame.max[1], waiting.signal).catch(() => false);
-  const roofed = await Promise.race([climbed, pause(LONGEST_MS, waiting.signal).then(() => false)]);
-  waiting.abort();
+  const climbed = endsBelow(scene, place, frame.max[1], climbing.signal).catch(() => false);
+  const roofed = await Promise.race([climbed, enough.then(() => false)]);
+  climbing.abort();
   return roofed;
 }
 

@@ -100,10 +100,11 @@ export class Surroundings {
     const read = async (entry: PageEntry) => {
       const address = scene.tree.resolve(entry.url);
       const reading = scene.page(entry, PRIORITY.document);
-      // What is silent is done without for now.
-      const silent = scene.queue.untilQuiet(address).then(() => Promise.reject(new StallError(address, 0)));
       try {
-        return await (how === "meanwhile" ? Promise.race([reading, silent]) : reading);
+        if (how !== "meanwhile") return await reading;
+        // What is silent is done without for now.
+        const silent = scene.queue.untilQuiet(address).then(() => Promise.reject(new StallError(address, 0)));
+        return await Promise.race([reading, silent]);
       } catch (error) {
         reading.catch(() => {});
         if (losses.length === 0 && !(error instanceof StallError)) this.problem(error);

@@ -215,7 +215,7 @@ export class BelvedereScene extends HTMLElement {
 
   private fail(error: unknown, server: Server, caption: Caption): void {
     const { title, text } = explain(error, server);
-    const others = error instanceof NoSuchScene ? error.others.map(({ scene }) => scene).join(", ") : "";
+    const others = error instanceof NoSuchScene ? (error.others ?? []).map(({ scene }) => scene).join(", ") : "";
     caption.problem(`${title}. ${text}${others && ` ${others}.`}`, passes(error));
     this.dispatchEvent(new CustomEvent("problem", { detail: error }));
   }

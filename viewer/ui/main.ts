@@ -302,7 +302,7 @@ async function main(): Promise<void> {
     const [opened] = await opening;
     start(stage, opened, { log, throttle, toast });
   } catch (error) {
-    const others = error instanceof NoSuchScene ? error.others : [];
+    const others = error instanceof NoSuchScene ? (error.others ?? []) : [];
     const links = labelled(others).map(({ scene, label }) => ({ label, href: addressOfScene(location.href, scene) }));
     const isHopeless = error instanceof NoSuchScene && error.scene !== undefined && !isSceneName(error.scene);
     showProblem(explain(error, serverAt(base, location.origin)), isHopeless ? undefined : retry, links);

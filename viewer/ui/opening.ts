@@ -21,8 +21,8 @@ export interface Opened {
 
 const isMissing = (error: unknown) => error instanceof FetchError && error.kind === "status";
 
-/** A list of other scenes that takes longer than this after the scene is done without. */
-const LIST_MS = 2000;
+/** What takes longer than this is done without where it can be. */
+const LONGEST_MS = 2000;
 
 /** Opens the scene that a link names, else the first of the tree. */
 export async function openScene(queue: FetchQueue, tree: Tree, link: URL): Promise<Opened> {
@@ -30,28 +30,38 @@ export async function openScene(queue: FetchQueue, tree: Tree, link: URL): Promi
   const listing = fetchSceneList(queue, tree);
   const wrongBase = (error: unknown) => (base && isMissing(error) ? new NoSuchTree(base) : error);
   // A tree may hold a scene that its list does not name; the list is only needed to choose from.
-  const listed = listing.catch((): readonly SceneSummary[] => []);
-  if (named && !isSceneName(named)) throw new NoSuchScene(named, await listed);
+  const listed = listing.catch((): undefined => undefined);
+  if (named && !isSceneName(named)) throw new NoSuchScene(named, await soon(listed, undefined));
   const [first] = named ? [] : await listing.catch((error) => Promise.reject(wrongBase(error)));
   const name = named || first?.scene;
   if (!name) throw new NoSuchScene(undefined, []);
   try {
     const scene = await PublishedScene.open(queue, tree, name);
-    const frame = await frameOf(scene);
-    const [roofed, scenes] = await Promise.all([isRoofed(scene, frame), soon(listed)]);
-    return { scene, scenes, isRoofed: roofed, frame };
+    const [picture, scenes] = await Promise.all([pictureOf(scene), soon(listed, undefined)]);
+    return { scene, scenes: scenes ?? [], ...picture };
   } catch (error) {
     if (!isMissing(error)) throw error;
-    const scenes = await listed;
-    if (scenes.some(({ scene }) => scene === name)) throw error;
-    const wrong = await listing.then(() => error, wrongBase);
+    const reasons = Promise.all([listed, listing.then(() => error, wrongBase)]);
+    const [scenes, wrong] = await soon(reasons, [undefined, error]);
+    if (scenes?.some(({ scene }) => scene === name)) throw error;
     throw wrong instanceof NoSuchTree ? wrong : new NoSuchScene(name, scenes);
   }
 }
 
-async function soon(listed: Promise<readonly SceneSummary[]>): Promise<readonly SceneSummary[]> {
+/** What is learnt of a scene before it is shown, all of it within the same time. */
+async function pictureOf(scene: PublishedScene): Promise<Pick<Opened, "frame" | "isRoofed">> {
   const waiting = new AbortController();
-  const scenes = await Promise.race([listed, pause(LIST_MS, waiting.signal).then(() => [])]);
+  const enough = pause(LONGEST_MS, waiting.signal);
+  const frame = await frameOf(scene, enough);
+  const roofed = await isRoofed(scene, frame, enough);
   waiting.abort();
-  return scenes;
+  return { frame, isRoofed: roofed };
+}
+
+/** What comes soon, or what has to do in its place. */
+async function soon<T>(coming: Promise<T>, otherwise: T): Promise<T> {
+  const waiting = new AbortController();
+  const come = await Promise.race([coming, pause(LONGEST_MS, waiting.signal).then(() => otherwise)]);
+  waiting.abort();
+  return come;
 }

@@ -24,7 +24,8 @@ export class NoSuchScene extends Error {
 
   constructor(
     readonly scene: string | undefined,
-    readonly others: readonly SceneSummary[],
+    /** Those that there are, where that is known. */
+    readonly others: readonly SceneSummary[] | undefined,
   ) {
     super(`there is no scene called ${scene ?? "anything"} here`);
   }
@@ -108,17 +109,22 @@ function explainInFull(error: unknown, server: Server): Explanation {
   if (error instanceof NoSuchScene && error.scene && !isSceneName(error.scene)) {
     const rule =
       "Names of scenes have 1 to 64 small letters a to z, digits, “-” and “_”, begin with a letter or digit, and are not “index”.";
-    const others = error.others.length > 0 ? "These can be visited:" : `No scene is published on ${host}.`;
+    const others = !error.others
+      ? ""
+      : error.others.length > 0
+        ? "These can be visited:"
+        : `No scene is published on ${host}.`;
     return {
       title: `“${error.scene}” cannot be the name of a scene`,
-      text: `${rule} Correct “scene=” in this link. ${others}`,
+      text: `${rule} Correct “scene=” in this link. ${others}`.trim(),
     };
   }
   if (error instanceof NoSuchScene) {
     return {
       title: error.scene ? `There is no scene called “${error.scene}”` : "There is nothing to see yet",
-      text:
-        error.others.length > 0
+      text: !error.others
+        ? `It may have been renamed or taken down. Which others there are on ${host} cannot be told just now.`
+        : error.others.length > 0
           ? "It may have been renamed or taken down. These can be visited:"
           : `No scene is published on ${host}. The command “belvedere bake FILE --scene NAME” publishes one.`,
     };

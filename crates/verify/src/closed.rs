@@ -58,11 +58,11 @@ impl<'a> Closed<'a> {
         let pairs = rounds.flat_map(|round| {
             let some = queues
                 .iter()
-                .filter_map(move |(door, queue)| Some((*door, *queue.get(round)?)));
+                .filter_map(move |(door, queue)| Some((round, *door, *queue.get(round)?)));
             some.collect::<Vec<_>>()
         });
         let chosen = pairs.take(wanted).enumerate();
-        let situations = chosen.map(|(number, (door, cell))| {
+        let situations = chosen.map(|(number, (round, door, cell))| {
             let mut closed = BTreeSet::from([door]);
             if number % TWO_DOORS == TWO_DOORS - 1 {
                 let others: Vec<_> = named[cell].iter().filter(|other| **other != door).collect();
@@ -77,7 +77,8 @@ impl<'a> Closed<'a> {
                     &cells[cell],
                     (door, &closed),
                     settings.seed,
-                    number as u64,
+                    // So that each door, and each pair, is looked at in turns from its leaf and from elsewhere.
+                    (number + round) as u64,
                     count,
                 ),
                 closed: closed.into_iter().collect(),

@@ -290,8 +290,13 @@ impl Report {
 
     /// The sentence with which the command fails.
     pub(super) fn refusal(&self) -> String {
-        let closed = self.closed.as_ref().map(|closed| &closed.findings);
-        let worst = self.open.worst.as_ref().or(closed.and_then(|c| c.worst.as_ref()));
+        let closed = self.closed.as_ref().and_then(|closed| closed.findings.worst.as_ref());
+        let worst = self
+            .open
+            .worst
+            .iter()
+            .chain(closed)
+            .max_by_key(|worst| worst.miss.pixels);
         format!(
             "the visible sets of `{}` are not good enough: {}{}",
             self.scene,

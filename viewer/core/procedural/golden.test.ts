@@ -155,6 +155,18 @@ it("imports a file once, however it is written", () => {
   expect(asked).toEqual(["a.dcg"]);
 });
 
+it("takes no path for blank that has more in it than the language's own blanks", () => {
+  const read = (path: string) => readProgram("test.dcg", `import "${path}" as a a()`, () => "");
+  for (const path of ["\ufeff", "\u0085", "\u00a0"]) {
+    expect(read(path).modules[0]?.imports[0]?.path).toBe(path);
+    expect(() => readProgram("test.dcg", `model "${path}"`, () => "")).not.toThrow();
+  }
+  for (const path of ["", "  ", " \t"]) {
+    expect(() => read(path)).toThrow("no file is named here");
+    expect(() => readProgram("test.dcg", `model "${path}"`, () => "")).toThrow("no file is named here");
+  }
+});
+
 /** The same in Rust: `crates/scene/src/procedural/tests/placed.rs`. */
 describe("glTF files that are placed", () => {
   const boxes = new Map<string, Bounds>([["bench.glb", { min: [-1, 0, -0.5], max: [5, 1, 0.5] }]]);

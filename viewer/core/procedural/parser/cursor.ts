@@ -237,3 +237,8 @@ export function tidied(written: string): string {
   }
   return parts.join("/");
 }
+
+/** Whether a path names no file: there is nothing in it but the language's own blanks. */
+export function isBlank(path: string): boolean {
+  return /^[ \t\r\n]*$/.test(path);
+}

@@ -12,7 +12,7 @@ import {
 import { words } from "../lexer.ts";
 import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
 import { type Formal, type Module, PROPERTIES, type Property, rowOf, type Written } from "../syntax.ts";
-import { DECLARATIONS, type Given, type NamedAt, tidied } from "./cursor.ts";
+import { DECLARATIONS, type Given, isBlank, type NamedAt, tidied } from "./cursor.ts";
 import { isReserved, StatementParser } from "./statements.ts";
 
 /** Reads a file. */
@@ -91,7 +91,7 @@ class Parser extends StatementParser {
   private import(): void {
     const { at } = this.next;
     const path = tidied(this.text("the file to import, in quotes"));
-    if (path.trim() === "") throw new Fault(at, NO_FILE);
+    if (isBlank(path)) throw new Fault(at, NO_FILE);
     if (!this.takesWord("as")) throw this.expected("`as` and a name for the file");
     const { name: alias } = this.declared("a name for the file");
     this.aliases.add(alias);

@@ -26,7 +26,7 @@ import {
   type Transform,
   type Written,
 } from "../syntax.ts";
-import { DECLARATIONS, type Given, tidied } from "./cursor.ts";
+import { DECLARATIONS, type Given, isBlank, tidied } from "./cursor.ts";
 import { ExpressionParser, unnamed } from "./expressions.ts";
 
 const A_STATEMENT = "a statement, such as `box(1, 2, 1)` or a rule with its arguments";
@@ -175,7 +175,7 @@ export class StatementParser extends ExpressionParser {
       case "model": {
         const pathAt = this.next.at;
         const path = tidied(this.text("a glTF file in quotes"));
-        if (path.trim() === "") throw new Fault(pathAt, NO_FILE);
+        if (isBlank(path)) throw new Fault(pathAt, NO_FILE);
         return { kind: "model", at, path };
       }
     }

@@ -99,7 +99,7 @@ impl<'t> Parser<'t> {
         let path_at = self.peek().at;
         let path = self.text("the file to import, in quotes")?;
         let path = tidied(path);
-        if path.trim().is_empty() {
+        if is_blank(&path) {
             return Err((path_at, Problem::NoFile));
         }
         if !self.takes_word("as") {
@@ -314,6 +314,11 @@ pub(super) fn tidied(path: &str) -> String {
         }
     }
     parts.join("/")
+}
+
+/// Whether a path names nothing: there are only the blanks of the language in it.
+pub(super) fn is_blank(path: &str) -> bool {
+    path.bytes().all(|byte| matches!(byte, b' ' | b'\t' | b'\r' | b'\n'))
 }
 
 /// Longest range of a parameter that is shown, letters.

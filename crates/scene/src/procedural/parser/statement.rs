@@ -1,6 +1,6 @@
 //! What is done at a place? Groups, selections, values, transforms, materials, calls, solids and enumerators.
 
-use super::declaration::{DECLARATIONS, STATEMENTS, is_reserved, tidied};
+use super::declaration::{DECLARATIONS, STATEMENTS, is_blank, is_reserved, tidied};
 use super::enumerator::Many;
 use super::expression::unnamed;
 use super::{Parsed, Parser};
@@ -234,7 +234,7 @@ impl<'t> Parser<'t> {
             "model" => {
                 let path_at = self.peek().at;
                 let path = tidied(self.text("a glTF file in quotes")?);
-                if path.trim().is_empty() {
+                if is_blank(&path) {
                     return Err((path_at, Problem::NoFile));
                 }
                 self.module.models.push((token.at, path.clone()));

@@ -2,12 +2,13 @@
 //! is that, leaves of a spray, windows of a wall, the heights of a field. When the traversal first comes to such a statement
 //! it becomes a [`Plan`] ([`mod@plan`], [`solids`]): a list of solids, and the operations that give their numbers ([`code`]), made
 //! of its expressions ([`compile`], [`emit`]). [`fill`] puts the numbers in, [`sheaf`] places triangles of all turns at once,
-//! both with [`mod@widest`] vectors, and [`memory`] keeps what is asked for again. Branches carry branches: what leads to a part
+//! both with [`mod@widest`] vectors, [`added`] hands them on, and [`memory`] keeps what is asked for again. Branches carry branches: what leads to a part
 //! or to a rule with `levels` is done at one go too, and [`tail`] goes on from there.
 //!
 //! It is known beforehand what such a visit takes, so limits are asked once for all of it. Where anything is amiss nothing
 //! has been done: the nodes are visited one by one, and that says what and where.
 
+mod added;
 mod code;
 mod compile;
 mod emit;
@@ -25,14 +26,13 @@ use std::ops::Range;
 
 use code::{Code, Columns, Known};
 use memory::Memory;
-use plan::{Plan, Planned, Slope, plan, slope};
+use plan::{Plan, Slope, plan, slope};
 use widest::compute;
 
 use super::statement::MAX_LENGTH as FARTHEST;
 use super::{Evaluator, Outcome, Scope, Turtle};
-use crate::procedural::affine::Affine;
 use crate::procedural::random::step;
-use crate::procedural::syntax::{At, Cost, Expr, Statement};
+use crate::procedural::syntax::{Cost, Expr, Statement};
 
 /// Most nodes of a model that are looked at to make plans: so that a text of many rules that call each other takes no longer.
 const MOST_WORK: u32 = 1 << 20;
@@ -295,30 +295,6 @@ impl<'p> Evaluator<'p> {
         Ok(done)
     }
 
-    /// Adds the solids of one turn.
-    fn add_turn<const N: usize>(
-        &mut self,
-        (scope, turtle, materials): (&Scope, &Turtle, &[usize]),
-        solids: &mut [Planned],
-        columns: &Columns<N>,
-        place: usize,
-    ) -> Outcome<()> {
-        for planned in solids {
-            let place_of = (scope, planned.at, planned.outline_at);
-            let material = planned.paint.map_or(turtle.material, |paint| materials[paint]);
-            if planned.is_placed {
-                self.add_sheaf(place_of, material, planned, place..place + 1)?;
-                continue;
-            }
-            let at = |register: u16| columns.numbers[register as usize][place];
-            planned.fill(self.settings.detail, at);
-            let frame = Affine::of_numbers(std::array::from_fn(|i| at(planned.frame[i])));
-            let turtle = Turtle { frame, material };
-            self.add(place_of, &turtle, &planned.solid)?;
-        }
-        Ok(())
-    }
-
     /// Computes what some turns have in common, when they are the first, and what they have of their own; whether nothing is
     /// amiss with any of them.
     fn compute_turns<const N: usize>(
@@ -342,27 +318,6 @@ impl<'p> Evaluator<'p> {
         columns.paths[0] = std::array::from_fn(|place| turns.path_of(scope, turn(place)));
         let to_place = if self.measuring { &mut [] } else { &mut plan.solids[..] };
         compute(columns, (&plan.code, are_first), &self.known(scope), to_place)
-    }
-
-    /// Whether so many times the triangles of a solid are within the limit, however many of them are written.
-    fn has_room(&self, planned: &Planned, times: usize) -> bool {
-        let most = planned.solid.most_triangles().saturating_mul(times as u64);
-        self.usage.triangles.saturating_add(most) <= self.settings.limits.triangles
-    }
-
-    /// Adds what was placed in some turns.
-    fn add_sheaf(
-        &mut self,
-        place: (&Scope, At, At),
-        material: usize,
-        planned: &Planned,
-        turns: Range<usize>,
-    ) -> Outcome<()> {
-        let bounds = planned.sheaf.bounds(turns.clone());
-        self.add_written(place, material, (bounds, planned.solid.most_triangles()), |mesh, _| {
-            planned.sheaf.write(turns, mesh);
-            Ok(())
-        })
     }
 
     /// Heights of a field at so many x of a row; whether that was possible.
