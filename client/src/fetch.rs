@@ -6,12 +6,15 @@
 use std::{
     collections::{BTreeMap, HashMap},
     ops::Range,
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Arc, Mutex, MutexGuard,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use belvedere_scene::{BlobHash, object::Model, rung::RungName};
 use bytes::Bytes;
-use tokio::sync::Mutex;
+use tokio::sync::OwnedMutexGuard;
 
 use crate::{
     Ask, ByteSource, Error, Part, Scene,
@@ -24,17 +27,19 @@ use crate::{
     },
 };
 
-/// How a tree was found to answer.
+/// How a tree was found to answer. Where ranges are ignored it keeps the last stream that came whole, which no budget of memory counts.
 #[derive(Debug, Default)]
 pub(crate) struct Manners {
     /// Whether rungs have no addresses of their own.
     no_rungs: AtomicBool,
     ranges: Mutex<Ranges>,
+    /// Who is asking how ranges are answered, and for which streams as a whole: others who want the same wait for that.
+    asking: Mutex<BTreeMap<Option<BlobHash>, Arc<tokio::sync::Mutex<()>>>>,
     /// A bundle was not what it should be.
     bundles_refused: AtomicBool,
 }
 
-/// How a server answers who asks for a range. As long as nobody knows, one asks at a time.
+/// How a server answers who asks for a range. As long as nobody knows, one asks at a time; streams that come whole do not wait for each other.
 #[derive(Debug, Default)]
 enum Ranges {
     #[default]
@@ -50,6 +55,21 @@ enum Ranges {
 impl Manners {
     pub(crate) fn bundles_refused(&self) -> bool {
         self.bundles_refused.load(Ordering::Relaxed)
+    }
+
+    /// Held for a moment, and never while an answer is waited for.
+    fn ranges(&self) -> MutexGuard<'_, Ranges> {
+        self.ranges.lock().expect("nothing panics while it holds this lock")
+    }
+
+    /// Waits until nobody else asks for a stream as a whole, or, without one, how ranges are answered.
+    async fn turn(&self, stream: Option<BlobHash>) -> OwnedMutexGuard<()> {
+        let turn = {
+            let mut asking = self.asking.lock().expect("nothing panics while it holds this lock");
+            asking.retain(|_, turn| Arc::strong_count(turn) > 1);
+            asking.entry(stream).or_default().clone()
+        };
+        turn.lock_owned().await
     }
 }
 
@@ -69,6 +89,8 @@ pub(crate) struct Fetched {
     pub(crate) carried: u64,
     /// … and how many of these could not be used.
     pub(crate) failed: u64,
+    /// Bytes of members that came right in a bundle that broke off: a line carried them too, though its answer is an error.
+    pub(crate) saved: u64,
     /// What there is to be said of the server.
     pub(crate) notes: Vec<Error>,
 }
@@ -140,7 +162,7 @@ pub(crate) fn is_right(file: &FileRef, bytes: &[u8]) -> bool {
     bytes.len() as u64 == file.bytes && file.name.may_be(bytes)
 }
 
-/// The members of a bundle, those that came as they should; each can be seen as soon as it is here.
+/// The members of a bundle, those that came as they should, also where it broke off; each can be seen as soon as it is here.
 async fn bundle<S: ByteSource>(
     scene: &Scene<S>,
     manners: &Manners,
@@ -150,13 +172,14 @@ async fn bundle<S: ByteSource>(
 ) -> Vec<Member> {
     let path = order.path();
     let (count, bytes) = (order.files.len(), bundles::bytes_of(&order.files));
-    let mut given = 0;
+    let (mut given, mut saved) = (0, vec![None; count]);
     let mut look = |so_far: &[u8]| {
         let places = bundles::places_of(so_far, count).unwrap_or_default();
         for (file, place) in order.files.iter().zip(places).skip(given) {
             let Some(member) = so_far.get(place) else { break };
             given += 1;
             if is_right(file, member) {
+                saved[given - 1] = Some((Bytes::copy_from_slice(member), None));
                 watch(file, member);
             }
         }
@@ -172,8 +195,16 @@ async fn bundle<S: ByteSource>(
     let Some(members) = members else {
         // What the server cannot answer so once, it is not asked so again.
         manners.bundles_refused.fetch_or(!passes, Ordering::Relaxed);
-        fetched.failed += carried;
-        return vec![None; count];
+        let mut saved_bytes = 0;
+        for (file, member) in order.files.iter().zip(&saved) {
+            if let Some((member, _)) = member {
+                scene.source().keep(&file.name.path(), member).await;
+                saved_bytes += member.len() as u64;
+            }
+        }
+        fetched.failed += carried.saturating_sub(saved_bytes);
+        fetched.saved += if answer.is_err() { saved_bytes } else { 0 };
+        return saved;
     };
     let (mut right, mut to) = (Vec::with_capacity(count), bytes);
     to -= order.files.iter().map(|file| file.bytes).sum::<u64>();
@@ -267,18 +298,25 @@ async fn range_of<S: ByteSource>(
 ) -> Result<Bytes, Error> {
     let name = rung.whole();
     let url = name.url();
-    let known = manners.ranges.lock().await;
-    let (mut held, mut ignores) = (None, false);
-    match &*known {
-        Ranges::Refused => return Err(absent),
-        Ranges::Kept => drop(known),
-        Ranges::Ignored(hash, whole) if *hash == rung.hash => return part_of(&url, whole, place),
-        Ranges::Ignored(..) if !stream.is_needed => return Err(Error::Whole(name)),
-        Ranges::Ignored(..) | Ranges::Unknown => {
-            ignores = matches!(&*known, Ranges::Ignored(..));
-            held = Some(known);
+    let mut turn: Option<(Option<BlobHash>, OwnedMutexGuard<()>)> = None;
+    let ignores = loop {
+        let asks = match &*manners.ranges() {
+            Ranges::Refused => return Err(absent),
+            Ranges::Kept => {
+                drop(turn.take());
+                break false;
+            }
+            Ranges::Ignored(hash, whole) if *hash == rung.hash => return copy_of(&url, whole, place),
+            Ranges::Ignored(..) if !stream.is_needed => return Err(Error::Whole(name)),
+            Ranges::Ignored(..) => Some(rung.hash),
+            Ranges::Unknown => None,
+        };
+        // Who had to wait looks again at what is known by then.
+        if turn.take_if(|(of, _)| *of != asks).is_none() && turn.is_some() {
+            break asks.is_some();
         }
-    }
+        turn = Some((asks, manners.turn(asks).await));
+    };
     let ask = Ask::of(&url).having(stream.ends.last().copied());
     let answer = match ignores {
         false => scene.source().get_range(ask, place.clone()).await,
@@ -287,31 +325,37 @@ async fn range_of<S: ByteSource>(
             whole.map(|(whole, carried)| (Part::Whole(whole), carried))
         }
     };
-    let mut known = match held {
-        Some(known) => known,
-        None => manners.ranges.lock().await,
-    };
     if let Err(Error::Range { .. }) = &answer {
-        *known = Ranges::Refused;
+        *manners.ranges() = Ranges::Refused;
     }
     let (part, carried) = answer?;
     fetched.carried += carried;
     manners.no_rungs.store(true, Ordering::Relaxed);
     match part {
         Part::Asked(bytes) => {
-            *known = Ranges::Kept;
+            let mut known = manners.ranges();
+            // What was kept on disk says nothing of the server, and who ignored a range once is asked for no other.
+            if carried > 0 && !matches!(&*known, Ranges::Ignored(..)) {
+                *known = Ranges::Kept;
+            }
             Ok(bytes)
         }
         Part::Whole(whole) => {
             let whole = as_promised(&name, whole)?;
-            if !matches!(&*known, Ranges::Ignored(..)) {
+            fetched.beside.extend(rungs_of(rung, stream, &whole));
+            let ignored = Ranges::Ignored(rung.hash, whole.clone());
+            let before = std::mem::replace(&mut *manners.ranges(), ignored);
+            if !matches!(before, Ranges::Ignored(..)) {
                 fetched.notes.push(Error::Whole(name));
             }
-            fetched.beside.extend(rungs_of(rung, stream, &whole));
-            *known = Ranges::Ignored(rung.hash, whole.clone());
-            part_of(&url, &whole, place).map(|bytes| Bytes::copy_from_slice(&bytes))
+            copy_of(&url, &whole, place)
         }
     }
+}
+
+/// A part of a stream that is here whole: a copy, so that what stays does not keep the others in memory.
+fn copy_of(url: &str, whole: &Bytes, place: Range<u64>) -> Result<Bytes, Error> {
+    part_of(url, whole, place).map(|bytes| Bytes::copy_from_slice(&bytes))
 }
 
 /// The other rungs of a stream that is here whole.
@@ -321,7 +365,7 @@ fn rungs_of(rung: &RungName, stream: &StreamRef, whole: &Bytes) -> Vec<(FileRef,
         .filter(|(number, _)| *number != rung.number);
     let other = |number: u8| {
         let place = stream.place(number)?;
-        let bytes = part_of("", whole, place).ok()?;
+        let bytes = copy_of("", whole, place).ok()?;
         let name = FileName::Rung(RungName {
             hash: rung.hash,
             number,
@@ -330,8 +374,7 @@ fn rungs_of(rung: &RungName, stream: &StreamRef, whole: &Bytes) -> Vec<(FileRef,
             name,
             bytes: bytes.len() as u64,
         };
-        // A copy, so that what stays does not keep the others in memory.
-        Some((file, Bytes::copy_from_slice(&bytes)))
+        Some((file, bytes))
     };
     others.filter_map(|(number, _)| other(number)).collect()
 }
@@ -360,3 +403,6 @@ impl Streams {
         self.rungs.remove(&stream);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -53,5 +53,7 @@ pub use error::Error;
 pub use explorer::{Event, Explorer, ExplorerOptions, Geometry, Mesh, Seedling};
 pub use opening::Client;
 pub use scene::Scene;
-pub use source::{Ask, ByteSource, DiskCache, FolderSource, HttpSource, Lateness, Part, Pulse, Retrying, Toll, Watch};
+pub use source::{
+    Ask, ByteSource, Carried, DiskCache, FolderSource, HttpSource, Lateness, Part, Pulse, Retrying, Watch,
+};
 pub use walk::Walk;

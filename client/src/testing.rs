@@ -168,6 +168,20 @@ pub(crate) async fn open<S: ByteSource>(source: S) -> Scene<S> {
     Client::new(source).open(&bare).await.expect("a scene")
 }
 
+/// A level of a model, exact, with these bytes.
+pub(crate) fn level(bytes: &[u8]) -> Level {
+    Level {
+        level: 0,
+        url: BlobName::of(bytes, "glb").expect("a name"),
+        bytes: bytes.len() as u64,
+        triangles: 100,
+        geometric_error_m: 0.0,
+        switch_distance_m: 0.0,
+        textures: Vec::new(),
+        pack: None,
+    }
+}
+
 /// Levels that stand in one pack.
 pub(crate) struct Packed {
     pub(crate) pack: BlobName,

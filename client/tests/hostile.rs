@@ -12,7 +12,7 @@ use std::{
 };
 
 use belvedere_client::{
-    Ask, ByteSource, Client, Error, HttpSource, Part, Retrying, Toll,
+    Ask, ByteSource, Carried, Client, Error, HttpSource, Part, Retrying,
     live::{LiveEvent, Participant, Session, SessionEvent, Stand},
 };
 use belvedere_scene::{BlobHash, BlobName, SceneName};
@@ -69,6 +69,20 @@ async fn a_server_that_ignores_ranges_is_believed_when_it_sends_all() {
     assert_eq!((part, carried), (Part::Whole(Bytes::from_static(CONTENT)), 10));
     let beyond = source.get_range(Ask::of(&path()), 5..11).await.unwrap_err();
     assert!(matches!(beyond, Error::Range { .. }), "{beyond}");
+}
+
+#[tokio::test]
+async fn all_of_it_that_is_damaged_is_asked_for_once_more() {
+    let damaged = whole(b"0123456780");
+    let (source, _) = server(vec![damaged.clone()]);
+    let path = path();
+    let ask = Ask::of(&path).having(Some(10));
+    let error = source.get_range(ask, 2..5).await.unwrap_err();
+    assert!(matches!(error, Error::Corrupt(_)), "{error}");
+    let (source, asked) = server(vec![damaged, whole(CONTENT)]);
+    let (part, _) = Retrying::new(source).get_range(ask, 2..5).await.unwrap();
+    assert_eq!(part, Part::Whole(Bytes::from_static(CONTENT)));
+    assert_eq!(asked.load(Ordering::Relaxed), 2);
 }
 
 #[tokio::test]
@@ -269,20 +283,20 @@ async fn all_that_a_line_carried_is_noted_whatever_became_of_it() {
     let garbled = answer("200 OK", fields, &CONTENT[..5]);
     for (vain, bytes) in [(cut.clone(), 6), (damaged.clone(), 10), (garbled, 5)] {
         let (source, _) = server(vec![vain.clone(), whole(CONTENT)]);
-        let (toll, path) = (Toll::default(), path());
-        let ask = Ask::of(&path).noting(&toll);
+        let (count, path) = (Carried::default(), path());
+        let ask = Ask::of(&path).counting(&count);
         let came = Retrying::new(source).get_watched(ask, &mut |_| {}).await;
         assert_eq!(came.expect("the second try").1, 10);
-        assert_eq!(toll.bytes(), bytes + 10, "{}", String::from_utf8_lossy(&vain));
+        assert_eq!(count.bytes(), bytes + 10, "{}", String::from_utf8_lossy(&vain));
     }
     // Also where nothing comes of it in the end.
     let (source, _) = server(vec![damaged]);
-    let (toll, path) = (Toll::default(), path());
+    let (count, path) = (Carried::default(), path());
     let came = Retrying::new(source)
-        .get_watched(Ask::of(&path).noting(&toll), &mut |_| {})
+        .get_watched(Ask::of(&path).counting(&count), &mut |_| {})
         .await;
     assert!(matches!(came, Err(Error::Corrupt(_))));
-    assert_eq!(toll.bytes(), 20);
+    assert_eq!(count.bytes(), 20);
 }
 
 #[tokio::test]

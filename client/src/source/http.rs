@@ -69,15 +69,16 @@ impl HttpSource {
     /// All that is at a path, and what the line carried.
     async fn whole(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
         let request = self.request(Method::GET, ask.path).header(ACCEPT_ENCODING, "gzip");
+        read(ask, self.send(ask, request).await?, watch).await
+    }
+
+    /// Sends a request, past all caches where that is asked for; answers with success only.
+    async fn send(&self, ask: Ask<'_>, request: RequestBuilder) -> Result<Response, Error> {
+        let path = ask.path;
         let request = match ask.fresh {
             true => request.header(CACHE_CONTROL, "no-cache"),
             false => request,
         };
-        read(ask, self.send(ask.path, request).await?, watch).await
-    }
-
-    /// Sends a request; answers with success only.
-    async fn send(&self, path: &str, request: RequestBuilder) -> Result<Response, Error> {
         let answer = request.send().await.map_err(|cause| failed(path, &cause))?;
         let answer = succeeded(path, answer)?;
         let links = answer
@@ -160,7 +161,8 @@ impl ByteSource for HttpSource {
         self.whole(ask, watch).await
     }
 
-    /// A server that knows no ranges answers with all of it, which is believed where it is that, and one that answers with another part is not believed.
+    /// A server that knows no ranges answers with all of it, which is believed where it is that, is damaged where only its length is
+    /// right, and one that answers with another part is not believed.
     async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
         let path = ask.path;
         let (from, last) = (range.start, range.end.saturating_sub(1));
@@ -169,7 +171,7 @@ impl ByteSource for HttpSource {
             .request(Method::GET, path)
             .header(ACCEPT_ENCODING, "identity")
             .header(RANGE, format!("bytes={from}-{last}"));
-        let answer = self.send(path, request).await?;
+        let answer = self.send(ask, request).await?;
         let wrong = |cause: String| Error::Range {
             path: path.to_owned(),
             cause,
@@ -177,10 +179,11 @@ impl ByteSource for HttpSource {
         if answer.status() != StatusCode::PARTIAL_CONTENT {
             let (whole, carried) = read(ask, answer, &mut unwatched).await?;
             let found = whole.len() as u64;
-            let is_whole = BlobName::from_url(path).map_or(true, |name| name.is_of(&whole));
-            return match is_whole && range.end <= found {
-                true => Ok((Part::Whole(whole), carried)),
-                false => Err(wrong(format!("with {found} bytes as if that were all of it"))),
+            let other = BlobName::from_url(path).ok().filter(|name| !name.is_of(&whole));
+            return match other {
+                None if range.end <= found => Ok((Part::Whole(whole), carried)),
+                Some(name) if ask.bytes == Some(found) => Err(Error::Corrupt(name)),
+                _ => Err(wrong(format!("with {found} bytes as if that were all of it"))),
             };
         }
         let told = answer.headers().get(CONTENT_RANGE).and_then(|told| told.to_str().ok());

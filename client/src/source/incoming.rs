@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use bytes::Bytes;
 use flate2::write::GzDecoder;
 
-use super::{Ask, Toll};
+use super::{Ask, Carried};
 use crate::Error;
 
 /// No document is larger than this once it is unpacked.
@@ -26,7 +26,7 @@ pub(super) struct Incoming<'a> {
     /// What the line has carried of it …
     pub(super) carried: u64,
     /// … which somebody may keep count of, whatever becomes of it.
-    toll: Option<&'a Toll>,
+    count: Option<&'a Carried>,
 }
 
 enum Body {
@@ -50,7 +50,7 @@ impl<'a> Incoming<'a> {
             most_bytes,
             most_carried,
             carried: 0,
-            toll: ask.toll,
+            count: ask.count,
         }
     }
 
@@ -61,8 +61,8 @@ impl<'a> Incoming<'a> {
 
     pub(super) fn push(&mut self, piece: &[u8]) -> Result<(), Error> {
         self.carried += piece.len() as u64;
-        if let Some(toll) = self.toll {
-            toll.note(piece.len() as u64);
+        if let Some(count) = self.count {
+            count.note(piece.len() as u64);
         }
         self.bound(self.carried, self.most_carried)?;
         let mut left = piece;

@@ -33,14 +33,15 @@ use bytes::Bytes;
 
 use crate::Error;
 
-/// What a line has carried for a request, whatever became of it: of tries that failed and of answers that were given up as well.
+/// A count of the bytes that a line has carried for a request, whatever became of them: of tries that failed and of answers that were
+/// given up as well. It is handed over with [`Ask::counting`], and can be read while the answer comes.
 #[derive(Debug, Default)]
-pub struct Toll {
+pub struct Carried {
     bytes: AtomicU64,
     queued_us: AtomicU64,
 }
 
-impl Toll {
+impl Carried {
     /// So many bytes more have come.
     pub fn note(&self, bytes: u64) {
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
@@ -73,8 +74,8 @@ pub struct Ask<'a> {
     pub bytes: Option<u64>,
     /// Whether it is to come from where it is published, past whatever keeps copies on the way, as far as that can be asked for.
     pub fresh: bool,
-    /// Where what comes is noted as it comes, if anybody keeps count.
-    pub toll: Option<&'a Toll>,
+    /// Where bytes that a line carries are counted as they come, if anybody wants to know.
+    pub count: Option<&'a Carried>,
 }
 
 impl<'a> Ask<'a> {
@@ -85,7 +86,7 @@ impl<'a> Ask<'a> {
             path,
             bytes: None,
             fresh: false,
-            toll: None,
+            count: None,
         }
     }
 
@@ -101,11 +102,11 @@ impl<'a> Ask<'a> {
         Self { fresh: true, ..self }
     }
 
-    /// The same for who keeps count.
+    /// The same, with a count of what a line carries for it.
     #[must_use]
-    pub fn noting(self, toll: &'a Toll) -> Self {
+    pub fn counting(self, count: &'a Carried) -> Self {
         Self {
-            toll: Some(toll),
+            count: Some(count),
             ..self
         }
     }

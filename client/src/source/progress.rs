@@ -11,25 +11,36 @@ use std::{
 
 use tokio::time::{Instant, timeout};
 
-use super::pulse::{BEAT, Pulse};
+use super::{Carried, pulse::BEAT};
 
 /// An answer that brings fewer bytes a second, beyond the time that it has to begin in, does not come.
 const LEAST_BYTES_PER_S: f64 = 1000.0;
 
 /// How far an answer has come.
 #[derive(Debug)]
-pub(super) struct Progress {
+pub(super) struct Progress<'a> {
     asked: Instant,
     begun: OnceLock<Duration>,
     bytes: AtomicU64,
+    /// What its line carries, of an answer that nobody looks at while it comes, and how much that was before.
+    line: Option<(&'a Carried, u64)>,
 }
 
-impl Progress {
+impl<'a> Progress<'a> {
     pub(super) fn new() -> Self {
         Self {
             asked: Instant::now(),
             begun: OnceLock::new(),
             bytes: AtomicU64::new(0),
+            line: None,
+        }
+    }
+
+    /// Of an answer of which only what its line carries is known.
+    pub(super) fn counted(carried: &'a Carried) -> Self {
+        Self {
+            line: Some((carried, carried.bytes())),
+            ..Self::new()
         }
     }
 
@@ -41,7 +52,10 @@ impl Progress {
 
     /// How many bytes are here.
     pub(super) fn bytes(&self) -> u64 {
-        self.bytes.load(Ordering::Relaxed)
+        let carried = self
+            .line
+            .map_or(0, |(line, before)| line.bytes().saturating_sub(before));
+        self.bytes.load(Ordering::Relaxed).max(carried)
     }
 
     /// After what time it began, or for how long it has not.
@@ -49,13 +63,13 @@ impl Progress {
         self.begun.get().copied().unwrap_or_else(|| self.asked.elapsed())
     }
 
-    /// An answer, unless it does not begin within a time, or trickles; and how long it was waited for, as [`Pulse`] counts. One that is
-    /// seen only when all of its bytes are here has the time for so many of them as well.
+    /// An answer, unless it does not begin within a time, or trickles; and how long it was waited for, in beats: who is woken
+    /// late counts the beat and not the delay. One that may be seen only when all of its bytes are here has the time for so many of them as
+    /// well.
     pub(super) async fn wait<T>(
         &self,
         grace: Duration,
         unseen: u64,
-        pulse: &Pulse,
         answer: impl Future<Output = T>,
     ) -> (Option<T>, Duration) {
         let mut answer = pin!(answer);
@@ -69,7 +83,6 @@ impl Progress {
                 if let Ok(answer) = timeout(beat, &mut answer).await {
                     return (Some(answer), waited + begun.elapsed().min(beat));
                 }
-                pulse.note(beat, begun.elapsed());
                 waited += beat;
             }
             if self.bytes() <= bytes {
@@ -94,8 +107,7 @@ mod tests {
                 progress.note(second * bytes_per_s);
             }
         };
-        let pulse = Pulse::default();
-        let (came, waited) = progress.wait(Duration::from_secs(5), 0, &pulse, comes).await;
+        let (came, waited) = progress.wait(Duration::from_secs(5), 0, comes).await;
         assert_eq!(waited, progress.asked.elapsed());
         (came.is_some(), progress.asked.elapsed().as_secs())
     }
@@ -110,7 +122,6 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn a_machine_that_had_no_time_to_listen_does_not_count_that_as_silence() {
-        let pulse = Pulse::default();
         let progress = Progress::new();
         let comes = async {
             // Nobody is woken for a minute, then the answer takes as long as it may.
@@ -118,8 +129,7 @@ mod tests {
             tokio::time::advance(Duration::from_mins(1)).await;
             sleep(Duration::from_secs(4)).await;
         };
-        let (came, waited) = progress.wait(Duration::from_secs(5), 0, &pulse, comes).await;
+        let (came, waited) = progress.wait(Duration::from_secs(5), 0, comes).await;
         assert!(came.is_some() && waited < Duration::from_secs(5), "{waited:?}");
-        assert!(pulse.lateness().is_much(), "{:?}", pulse.lateness());
     }
 }

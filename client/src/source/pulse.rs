@@ -26,7 +26,7 @@ pub struct Pulse {
 /// How late a machine came to what it had to do.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Lateness {
-    /// How long all waits were to take …
+    /// How long all beats were to take …
     pub waited: Duration,
     /// … by how much they took longer …
     pub late: Duration,
@@ -55,7 +55,7 @@ impl Pulse {
         *self.noted()
     }
 
-    /// Goes on noting for as long as this is waited for.
+    /// Goes on noting for as long as this is waited for, once: whoever else waits at the same time is held up by the same stall.
     pub async fn beat(&self) {
         loop {
             let begun = Instant::now();
@@ -65,7 +65,7 @@ impl Pulse {
     }
 
     /// A wait of some time took another.
-    pub(super) fn note(&self, beat: Duration, took: Duration) {
+    fn note(&self, beat: Duration, took: Duration) {
         let mut noted = self.noted();
         let late = took.saturating_sub(beat);
         noted.waited += beat;
@@ -81,6 +81,25 @@ impl Pulse {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[tokio::test(start_paused = true)]
+    async fn a_stall_is_noted_once() {
+        let pulse = Pulse::default();
+        let stall = async {
+            tokio::task::yield_now().await;
+            tokio::time::advance(Duration::from_secs(3)).await;
+            sleep(BEAT / 2).await;
+        };
+        tokio::select! {
+            biased;
+            () = pulse.beat() => {}
+            () = stall => {}
+        }
+        let lateness = pulse.lateness();
+        assert_eq!(lateness.waited, BEAT);
+        let late = Duration::from_secs(3) - BEAT;
+        assert!(lateness.late.abs_diff(late) <= Duration::from_millis(2), "{lateness:?}");
+    }
 
     #[test]
     fn a_machine_is_too_busy_when_much_of_the_time_is_delay_and_not_for_a_moment() {

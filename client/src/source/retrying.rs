@@ -17,7 +17,7 @@ use bytes::Bytes;
 use tokio::time::sleep;
 
 use super::{
-    Ask, ByteSource, Part, Watch,
+    Ask, ByteSource, Carried, Part, Watch,
     patience::Patience,
     progress::Progress,
     pulse::Pulse,
@@ -79,7 +79,7 @@ impl<S> Retrying<S> {
         }
     }
 
-    /// How late this machine came to its waits, of all clones together.
+    /// How late this machine comes to its beats, for all clones together: it knows while somebody waits for [`Pulse::beat`].
     #[must_use]
     pub fn pulse(&self) -> Arc<Pulse> {
         self.pulse.clone()
@@ -115,11 +115,11 @@ struct Request<'a, S> {
 }
 
 impl<S> Request<'_, S> {
-    /// One try: its answer, or that it does not come. As [`Progress::wait`] has it, so many bytes of it are not seen.
+    /// One try: its answer, or that it does not come. As [`Progress::wait`] has it, so many bytes of it may not be seen.
     async fn hear<T>(
         &mut self,
         turn: Turn,
-        progress: &Progress,
+        progress: &Progress<'_>,
         unseen: u64,
         answer: impl Future<Output = Result<T, Error>>,
     ) -> Result<T, Error> {
@@ -136,7 +136,7 @@ impl<S> Request<'_, S> {
             true => patience.usual(),
             false => patience.grace(self.spent),
         };
-        let answer = progress.wait(grace, unseen, &self.source.pulse, answer);
+        let answer = progress.wait(grace, unseen, answer);
         let (answer, waited) = self.source.turns.during(turn, answer).await;
         self.spent += waited;
         self.begins = progress.begins();
@@ -146,7 +146,7 @@ impl<S> Request<'_, S> {
         }
         answer.unwrap_or_else(|| {
             let bytes = progress.bytes();
-            if bytes == 0 && unseen == 0 {
+            if bytes == 0 {
                 patience.hears_nothing(waited);
             }
             Err(fails(format!("{bytes} bytes came in {:.1} s", waited.as_secs_f64())))
@@ -198,7 +198,7 @@ impl<S: ByteSource> Retrying<S> {
         ask: Ask<'_>,
         watch: &mut Watch<'_>,
     ) -> Result<(Bytes, u64), Error> {
-        let turn = self.turns.take(ask.toll).await;
+        let turn = self.turns.take(ask.count).await;
         let progress = Progress::new();
         let mut watch = |so_far: &[u8]| {
             progress.note(so_far.len());
@@ -236,13 +236,17 @@ impl<S: ByteSource> ByteSource for Retrying<S> {
     }
 
     async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
+        // Who knows no ranges sends all of the file: that is waited for as long as it comes.
+        let counted = Carried::default();
+        let mut ask = ask.counting(ask.count.unwrap_or(&counted));
         let mut request = self.request(ask.path);
-        // Who knows no ranges sends all of the file, which is as long as this at least.
-        let unseen = ask.bytes.unwrap_or(range.end);
+        let unseen = range.end.saturating_sub(range.start);
         loop {
-            let turn = self.turns.take(ask.toll).await;
+            let turn = self.turns.take(ask.count).await;
             let answer = self.source.get_range(ask, range.clone());
-            match request.hear(turn, &Progress::new(), unseen, answer).await {
+            let progress = ask.count.map_or_else(Progress::new, Progress::counted);
+            match request.hear(turn, &progress, unseen, answer).await {
+                Err(cause) if cause.is_damage() && !ask.fresh && request.may_try() => ask = ask.fresh(),
                 Err(cause) if request.rest(&cause).await => {}
                 answer => return request.end(answer),
             }

@@ -15,7 +15,7 @@ use tokio::{
     time::{Instant, sleep},
 };
 
-use super::Toll;
+use super::Carried;
 
 /// A turn ends after this time where nobody was answered meanwhile: a server that is silent must not hold up who may hear of that as well.
 const SILENCE: Duration = Duration::from_secs(2);
@@ -39,18 +39,22 @@ impl Turns {
     }
 
     /// Waits for one, for as long as is noted.
-    pub(super) async fn take(&self, toll: Option<&Toll>) -> Turn {
+    pub(super) async fn take(&self, count: Option<&Carried>) -> Turn {
         let turns = self.turns.clone()?;
         let asked = Instant::now();
         let turn = turns.acquire_owned().await.ok();
-        if let Some(toll) = toll {
-            toll.waits(asked.elapsed());
+        if let Some(count) = count {
+            count.waits(asked.elapsed());
         }
         turn
     }
 
-    /// Waits for an answer, and for no longer than that takes keeps the turn.
-    pub(super) async fn during<T>(&self, turn: Turn, answer: impl Future<Output = T>) -> T {
+    /// Waits for an answer, or until that is given up, and for how long; keeps the turn for no longer than that takes.
+    pub(super) async fn during<T>(
+        &self,
+        turn: Turn,
+        answer: impl Future<Output = (Option<T>, Duration)>,
+    ) -> (Option<T>, Duration) {
         let silence = async {
             let mut before = self.answers.load(Ordering::Relaxed);
             loop {
@@ -73,7 +77,8 @@ impl Turns {
                 }
             },
         };
-        self.answers.fetch_add(1, Ordering::Relaxed);
+        // Who gives up has heard nothing.
+        self.answers.fetch_add(u64::from(came.0.is_some()), Ordering::Relaxed);
         came
     }
 }

@@ -184,7 +184,11 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         let fetched = fetch::fetch(self.scene, &self.manners, order, streams, &mut |_, _| {}).await;
         let (mut transfer, mut bytes, mut requests) = (Transfer::at(now_ms), 0, 0);
         let mut bundle = None;
-        for answer in self.scene.source().take() {
+        let mut saved = fetched.saved;
+        for mut answer in self.scene.source().take() {
+            // Of a bundle that broke off, this came all the same.
+            let of_use = std::mem::take(&mut saved).min(answer.failed);
+            (answer.bytes, answer.failed) = (answer.bytes + of_use, answer.failed - of_use);
             transfer = self.answered(now_ms, answer);
             bundle.get_or_insert(transfer);
             (bytes, requests) = (bytes + answer.bytes, requests + 1);

@@ -10,7 +10,7 @@ use std::{
 use belvedere_scene::BlobName;
 use bytes::Bytes;
 
-use crate::{Ask, ByteSource, Error, Part, Toll, Watch, source::unwatched};
+use crate::{Ask, ByteSource, Carried, Error, Part, Watch, source::unwatched};
 
 /// One request.
 #[derive(Debug, Clone, Copy)]
@@ -42,13 +42,13 @@ impl<S> Metered<S> {
         std::mem::take(&mut *answers)
     }
 
-    fn note<T>(&self, started: Instant, toll: &Toll, fetched: &Result<(T, u64), Error>) {
+    fn note<T>(&self, started: Instant, count: &Carried, fetched: &Result<(T, u64), Error>) {
         let bytes = fetched.as_ref().map_or(0, |(_, carried)| *carried);
         let answer = Answer {
             bytes,
-            failed: toll.bytes().saturating_sub(bytes),
+            failed: count.bytes().saturating_sub(bytes),
             // Who waits for a turn has not asked yet.
-            took: started.elapsed().saturating_sub(toll.queued()),
+            took: started.elapsed().saturating_sub(count.queued()),
         };
         let mut answers = self.answers.lock().expect("nothing panics while it holds this lock");
         answers.push(answer);
@@ -62,16 +62,16 @@ impl<S: ByteSource> ByteSource for Metered<S> {
     }
 
     async fn get_watched(&self, ask: Ask<'_>, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
-        let (started, toll) = (Instant::now(), Toll::default());
-        let fetched = self.source.get_watched(ask.noting(&toll), watch).await;
-        self.note(started, &toll, &fetched);
+        let (started, count) = (Instant::now(), Carried::default());
+        let fetched = self.source.get_watched(ask.counting(&count), watch).await;
+        self.note(started, &count, &fetched);
         fetched
     }
 
     async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
-        let (started, toll) = (Instant::now(), Toll::default());
-        let fetched = self.source.get_range(ask.noting(&toll), range).await;
-        self.note(started, &toll, &fetched);
+        let (started, count) = (Instant::now(), Carried::default());
+        let fetched = self.source.get_range(ask.counting(&count), range).await;
+        self.note(started, &count, &fetched);
         fetched
     }
 

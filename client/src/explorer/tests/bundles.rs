@@ -2,24 +2,14 @@
 
 use std::sync::Arc;
 
-use belvedere_scene::object::{Level, Model};
+use belvedere_scene::object::Model;
 use tokio::sync::Semaphore;
 
 use super::*;
-use crate::{Ask, Watch, testing::streamed};
-
-fn level(bytes: &[u8]) -> Level {
-    Level {
-        level: 0,
-        url: BlobName::of(bytes, "glb").expect("a name"),
-        bytes: bytes.len() as u64,
-        triangles: 100,
-        geometric_error_m: 0.0,
-        switch_distance_m: 0.0,
-        textures: Vec::new(),
-        pack: None,
-    }
-}
+use crate::{
+    Ask, Watch,
+    testing::{level, silence, streamed},
+};
 
 fn model(glb: &[u8]) -> Model {
     Model {
@@ -30,7 +20,7 @@ fn model(glb: &[u8]) -> Model {
     }
 }
 
-/// A tree whose bundle of two comes up to the end of the first, and goes on when it is let go.
+/// A tree whose bundle of two comes up to the end of the first, and goes on when it is let go, or breaks off there.
 #[derive(Clone)]
 struct Halting {
     tree: Arc<Bare>,
@@ -55,7 +45,10 @@ impl ByteSource for Halting {
         bundle.extend((first + second).to_le_bytes());
         bundle.extend(&self.members[0]);
         watch(&bundle);
-        self.go.acquire().await.expect("it is never closed").forget();
+        match self.go.acquire().await {
+            Ok(goes_on) => goes_on.forget(),
+            Err(_) => return Err(silence(ask.path)),
+        }
         bundle.extend(&self.members[1]);
         watch(&bundle);
         let carried = bundle.len() as u64;
@@ -102,6 +95,28 @@ async fn what_has_come_of_a_bundle_is_drawn_while_the_rest_is_coming() {
         "nothing came alone: {:?}",
         source.tree.asked()
     );
+}
+
+#[tokio::test]
+async fn of_a_bundle_that_breaks_off_only_the_rest_comes_alone() {
+    let mut members = [&b"a level"[..], b"another"].map(Bytes::from_static);
+    members.sort_by_key(|member| level(member).url.to_string());
+    let with = |tree: Bare, member: &Bytes| tree.with(&level(member).url, member.clone());
+    let source = Halting {
+        tree: Arc::new(members.iter().fold(Bare::new(), with)),
+        members: members.clone(),
+        go: Arc::new(Semaphore::new(0)),
+    };
+    source.go.close();
+    let mut explorer = explorer(source.clone(), u64::MAX).await;
+    let seen = (0..)
+        .zip(&members)
+        .map(|(number, glb)| seen_at(number, number, 2.0, 1.0, model(glb)));
+    explorer.stand_in(place_with(1, seen.collect()));
+    explorer.replan();
+    while explorer.advance().await.is_some() {}
+    assert_eq!((explorer.missing(), explorer.memory_bytes()), (Some(0), 14));
+    assert_eq!(source.tree.asked(), [level(&members[1]).url.url()]);
 }
 
 #[tokio::test]

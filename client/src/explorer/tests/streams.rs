@@ -3,12 +3,12 @@
 use std::sync::Mutex;
 
 use belvedere_scene::{
-    object::{Level, Model},
+    object::Model,
     rung::{RungName, SmoothLod},
 };
 
 use super::*;
-use crate::{Ask, Watch, strategy::tests::smooth};
+use crate::{Ask, Watch, strategy::tests::smooth, testing::level};
 
 /// Bytes of the only level: more than all rungs take.
 static LEVEL: [u8; 200_000] = [7; 200_000];
@@ -54,25 +54,16 @@ fn named(bytes: &[u8], ext: &str) -> BlobName {
 
 /// One looks at one object, drawn by a level or by fewer bytes of a stream.
 async fn looking(is_kept: bool) -> (Explorer<Tree>, SmoothLod) {
-    let (level, materials) = (named(&LEVEL, "glb"), named(&MATERIALS, "gltf"));
+    let (level, materials) = (level(&LEVEL), named(&MATERIALS, "gltf"));
     let objects = Bare::new()
-        .with(&level, LEVEL.to_vec())
+        .with(&level.url, LEVEL.to_vec())
         .with(&materials, MATERIALS.to_vec());
     let smooth = SmoothLod {
         materials,
         ..smooth(1, &RUNGS)
     };
     let model = Model {
-        levels: vec![Level {
-            level: 0,
-            url: level,
-            bytes: LEVEL.len() as u64,
-            triangles: 100,
-            geometric_error_m: 0.0,
-            switch_distance_m: 0.0,
-            textures: Vec::new(),
-            pack: None,
-        }],
+        levels: vec![level],
         smooth: Some(smooth.clone()),
         impostor: None,
         procedural: None,
