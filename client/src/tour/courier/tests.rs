@@ -264,20 +264,25 @@ impl ByteSource for Bundling {
     }
 }
 
-#[tokio::test]
-async fn members_of_a_bundle_are_here_when_the_line_has_carried_it_up_to_where_they_end() {
-    let mut files: Vec<Vec<u8>> = [200, 200, 300].map(|bytes| vec![bytes as u8; bytes]).to_vec();
-    files[1][0] = 1;
-    let mut seen = Vec::new();
-    for (number, file) in (1..).zip(&files) {
+/// An object for each file, with that as its only level.
+fn one_for_each(files: &[Vec<u8>]) -> Vec<Seen> {
+    let object = |(number, file): (u32, &Vec<u8>)| {
         let model = Model {
             levels: vec![level(file)],
             smooth: None,
             impostor: None,
             procedural: None,
         };
-        seen.push(seen_at(number, number, 2.0, 1.0, model));
-    }
+        seen_at(number, number, 2.0, 1.0, model)
+    };
+    (1..).zip(files).map(object).collect()
+}
+
+#[tokio::test]
+async fn members_of_a_bundle_are_here_when_the_line_has_carried_it_up_to_where_they_end() {
+    let mut files: Vec<Vec<u8>> = [200, 200, 300].map(|bytes| vec![bytes as u8; bytes]).to_vec();
+    files[1][0] = 1;
+    let seen = one_for_each(&files);
     files.sort_by_key(|file| level(file).url.to_string());
     for damaged in [None, Some(1)] {
         let mut members: Vec<Bytes> = files.iter().cloned().map(Bytes::from).collect();
@@ -360,16 +365,7 @@ impl ByteSource for Breaking {
 async fn what_came_of_a_bundle_before_it_broke_off_is_not_in_vain() {
     let mut files = [1, 2].map(|byte| vec![byte; 200]);
     files.sort_by_key(|file| level(file).url.to_string());
-    let mut seen = Vec::new();
-    for (number, file) in (1..).zip(&files) {
-        let model = Model {
-            levels: vec![level(file)],
-            smooth: None,
-            impostor: None,
-            procedural: None,
-        };
-        seen.push(seen_at(number, number, 2.0, 1.0, model));
-    }
+    let seen = one_for_each(&files);
     let with = |tree: Bare, file: &Vec<u8>| tree.with(&level(file).url, file.clone());
     let source = Breaking(Bundling {
         tree: files.iter().fold(Bare::new(), with),
