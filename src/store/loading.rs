@@ -192,10 +192,9 @@ impl BlobStore {
             self.inner.seals.forget(name);
             return Err(None);
         }
-        let worth_trying = coding::worth_trying(name.ext());
-        let (mut with, [zstd, gzip]) = (vec![], Coding::ALL);
-        for coding in [zstd, gzip] {
-            if worth_trying && there(Some(coding))? {
+        let mut with = Vec::new();
+        for coding in Coding::ALL {
+            if coding::worth_trying(name.ext()) && there(Some(coding))? {
                 with.push(coding);
             }
         }

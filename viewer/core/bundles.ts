@@ -3,16 +3,15 @@
  * names them all, and its answer holds them one after the other. They are taken out while it arrives.
  */
 import { Incoming } from "./incoming.ts";
+import { AHEAD_S } from "./linespeed.ts";
 import { compressed_bytes } from "./travel.ts";
 
 /** What a name takes in the address of a bundle, and its place in the table. */
 export const NAME_BYTES = 75;
 /** What is larger gains little and would hold up the others. */
 const MOST_MEMBER_BYTES = 16 * 1024;
-/** So much comes together at most … */
+/** So much comes together at most, and no more than the line brings in {@link AHEAD_S}, so that what turns out to be urgent on a slow line need not wait long. */
 const MOST_BYTES = 32 * 1024;
-/** … and what the line brings in this time, so that what turns out to be urgent on a slow line need not wait long. */
-const MOST_S = 0.5;
 const MOST_MEMBERS = 64;
 const MAGIC = 0x4e425642;
 const VERSION = 1;
@@ -47,7 +46,7 @@ export function isSmall({ url, bytes }: Member, request_bytes: number): boolean 
 
 /** The first members that fit into one bundle on a line of this speed, of small ones in the order in which they are wanted. */
 export function together<T extends Member>(members: Iterable<T>, bytes_per_s: number): T[] {
-  const most_bytes = Math.min(MOST_BYTES, Math.trunc(MOST_S * bytes_per_s));
+  const most_bytes = Math.min(MOST_BYTES, Math.trunc(AHEAD_S * bytes_per_s));
   const taken: T[] = [];
   let [total, folder] = [0, ""];
   for (const member of members) {

@@ -9,7 +9,7 @@ const FORGETTING = 0.2;
 /** So many requests are under way at most … */
 const MOST_REQUESTS = 8;
 /** … and no more than what comes in this time, beside one … */
-const AHEAD_S = 0.5;
+export const AHEAD_S = 0.5;
 /** … or so many bytes, while nobody knows how fast it is. */
 const UNKNOWN_BYTES = 64 * 1024;
 

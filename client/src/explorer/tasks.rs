@@ -151,11 +151,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.planner.residency.lose(key);
         match (&cause, &file.name) {
             // That was said when it was found out.
-            (Error::Whole(_), FileName::Rung(rung)) => {
-                if let Some(model) = self.planner.model_of_stream(rung.hash).cloned() {
-                    self.planner.lose_stream(&model);
-                }
-            }
+            (Error::Whole(_), FileName::Rung(rung)) => self.planner.lose_stream_of(rung.hash),
             _ => self.lose(cause, |losses| _ = losses.files.insert(key)),
         }
         true

@@ -5,17 +5,18 @@ use std::ops::Range;
 
 use bytes::Bytes;
 
-use super::file::{FileRef, REQUEST_BYTES};
+use super::{
+    file::{FileRef, REQUEST_BYTES},
+    meter::AHEAD_S,
+};
 
 /// What a name takes in the address of a bundle, and its place in the table.
 const NAME_BYTES: f64 = 75.0;
 /// What is larger gains little and would hold up the others.
 const MOST_MEMBER_BYTES: u64 = 16 * 1024;
-/// So much comes together at most …
+/// So much comes together at most, and no more than the line brings in [`AHEAD_S`], so that what turns out to be urgent on a slow line
+/// need not wait long.
 const MOST_BYTES: u64 = 32 * 1024;
-/// … and what the line brings in this time, so that what turns out to be urgent on a slow line need not wait long: as much as may be under
-/// way beside one request ([`super::meter`]).
-const MOST_S: f64 = 0.5;
 const MOST_MEMBERS: usize = 64;
 const MAGIC: &[u8; 4] = b"BVBN";
 const VERSION: u16 = 1;
@@ -31,7 +32,7 @@ pub fn is_small(file: &FileRef) -> bool {
 /// The first members that fit into one bundle on a line of this speed, of small ones in the order in which they are wanted; in the order in
 /// which an address names them, so that who wants the same asks for the same.
 pub fn together(files: impl IntoIterator<Item = FileRef>, bytes_per_s: f64) -> Vec<FileRef> {
-    let most_bytes = MOST_BYTES.min((MOST_S * bytes_per_s) as u64);
+    let most_bytes = MOST_BYTES.min((AHEAD_S * bytes_per_s) as u64);
     let (mut taken, mut total) = (Vec::new(), 0);
     for file in files {
         if taken.len() == MOST_MEMBERS || !taken.is_empty() && total + file.bytes > most_bytes {

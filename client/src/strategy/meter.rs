@@ -6,7 +6,7 @@ const FORGETTING: f64 = 0.2;
 /// So many requests are under way at most …
 const MOST_REQUESTS: usize = 8;
 /// … and no more than what comes in this time, beside one …
-const AHEAD_S: f64 = 0.5;
+pub(super) const AHEAD_S: f64 = 0.5;
 /// … or so many bytes, while nobody knows how fast it is.
 const UNKNOWN_BYTES: f64 = 64.0 * 1024.0;
 

@@ -259,6 +259,13 @@ impl Planner {
         }
     }
 
+    /// Nor is the one that has this name, if a model has it.
+    pub(crate) fn lose_stream_of(&mut self, stream: BlobHash) {
+        if let Some(model) = self.model_of_stream(stream).cloned() {
+            self.lose_stream(&model);
+        }
+    }
+
     /// Nothing can be grown from now on, neither what is known nor what is learnt later.
     pub fn lose_rules(&mut self) {
         self.has_no_rules = true;

@@ -250,11 +250,7 @@ impl<'a, S: ByteSource> Courier<'a, S> {
     /// A file does not come. Where a server gives no parts of streams, nothing is lost that levels cannot take the place of.
     fn lose(&mut self, file: &FileRef, cause: &Error, planner: &mut Planner) {
         match (cause, &file.name) {
-            (Error::Whole(_), FileName::Rung(rung)) => {
-                if let Some(model) = planner.model_of_stream(rung.hash).cloned() {
-                    planner.lose_stream(&model);
-                }
-            }
+            (Error::Whole(_), FileName::Rung(rung)) => planner.lose_stream_of(rung.hash),
             _ => {
                 self.lost.insert(file.name.key());
                 self.fail(cause);

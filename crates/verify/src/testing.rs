@@ -40,6 +40,28 @@ pub(crate) const GLASS: Surface = Surface {
     see_through: true,
 };
 
+/// A box whose faces look outwards; inwards where `min` and `max` are the other way round.
+pub(crate) fn block(min: [f32; 3], max: [f32; 3], surface: Surface) -> Model {
+    let corner =
+        |i: u32| Vec3::from_array([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { min[axis] } else { max[axis] }));
+    let mut model = Model {
+        positions: (0..8).map(corner).collect(),
+        ..Model::default()
+    };
+    let sides = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    for [a, b, c, d] in sides {
+        model.add_triangles(&[[a, b, c], [a, c, d]], surface);
+    }
+    model
+}
+
 /// A quad across the z axis, its front towards +z.
 pub(crate) fn quad(min: [f32; 2], max: [f32; 2], z: f32, surface: Surface) -> Model {
     let mut model = Model {

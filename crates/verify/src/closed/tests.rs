@@ -1,39 +1,17 @@
 use belvedere_scene::{CellId, record::Guarantee};
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat4, DVec3};
 
 use super::*;
 use crate::{
     check::Miss,
     scene::{Model, Object, Surface},
-    testing::{BOTH_SIDES, GLASS, OPAQUE, cell, object, quad},
+    testing::{BOTH_SIDES, GLASS, OPAQUE, block, cell, object, quad},
     verdict::failures,
 };
 
 const WALL: [u32; 4] = [0, 1, 2, 3];
 const DOOR: ObjectId = ObjectId(4);
 const THING: u32 = 5;
-
-/// A box whose faces look outwards.
-fn block(min: [f32; 3], max: [f32; 3], surface: Surface) -> Model {
-    let corner =
-        |i: u32| Vec3::from_array([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { min[axis] } else { max[axis] }));
-    let mut model = Model {
-        positions: (0..8).map(corner).collect(),
-        ..Model::default()
-    };
-    let sides = [
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-    ];
-    for [a, b, c, d] in sides {
-        model.add_triangles(&[[a, b, c], [a, c, d]], surface);
-    }
-    model
-}
 
 /// A wall of four blocks 2 m before the cell with an opening of 1 × 2 m, a door in it whose leaf leaves gaps of `gap_m` on all
 /// sides and lies `before_m` before the wall's middle, and a thing 1 m behind. The wall is 20 cm thick and the door 4 cm.

@@ -2,7 +2,7 @@ use super::*;
 use crate::{
     scene::Model,
     sight::{Doubt, sees},
-    testing::{BOTH_SIDES, GLASS, OPAQUE, object, quad, scene},
+    testing::{BOTH_SIDES, GLASS, OPAQUE, block, object, quad, scene},
 };
 use glam::DMat4;
 use proptest::prelude::*;
@@ -71,7 +71,7 @@ fn every_direction_leads_back_to_its_pixel() {
 
 #[test]
 fn what_surrounds_the_eye_covers_every_pixel_once() {
-    let scene = scene(vec![closed_box(-3.0, BOTH_SIDES)]);
+    let scene = scene(vec![block([3.0; 3], [-3.0; 3], BOTH_SIDES)]);
     for eye in [DVec3::ZERO, DVec3::new(2.9999, -2.9999, 1.0), DVec3::splat(2.9)] {
         assert_eq!(drawn(&scene, 32, eye).pixels(), [6 * 32 * 32], "from {eye}");
     }
@@ -124,30 +124,6 @@ proptest! {
             prop_assert_eq!(drawn(&scene, size, eye).covered(), 6 * (size * size) as u64);
         }
     }
-}
-
-/// A cube around the origin; its fronts are outside when `half` is positive.
-fn closed_box(half: f32, surface: crate::scene::Surface) -> Model {
-    let mut model = Model {
-        positions: (0..8)
-            .map(|i| half * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - Vec3::splat(half))
-            .collect(),
-        ..Model::default()
-    };
-    let quads = [
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-    ];
-    let triangles: Vec<_> = quads
-        .iter()
-        .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
-        .collect();
-    model.add_triangles(&triangles, surface);
-    model
 }
 
 #[test]
