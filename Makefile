@@ -9,7 +9,7 @@ EVALUATION ?=
 STREAMS ?=
 MINUTES ?= 20
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-dist deny evaluation streams soak dist bless clean
+.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-cache test-dist deny evaluation streams soak dist bless clean
 
 ## Build, bake the built-in worlds, serve them and print the address.
 demo:
@@ -17,9 +17,9 @@ demo:
 	@$(MAKE) --no-print-directory viewer
 	$(CARGO) run --release --locked -- demo --listen $(LISTEN) --data $(DATA)
 
-## Every test: format, lints, unit, property, golden, end-to-end, levels in others' readers, a real browser, the API
-## against its description.
-test: tools check test-rust test-viewer test-levels test-browser test-api
+## Every test that needs no service: format, lints, unit, property, golden, end-to-end, levels in others' readers, a real browser, the API
+## against its description, what a release packs.
+test: tools check test-rust test-viewer test-levels test-browser test-api test-dist
 
 check: viewer
 	$(CARGO) fmt --all --check
@@ -49,6 +49,10 @@ test-services: viewer
 ## Links into private scenes, in front of a real nginx with njs.
 test-private: viewer
 	tests/tools/private.sh
+
+## What nginx keeps, set up as deploy/nginx-cache.conf says.
+test-cache: viewer
+	tests/tools/cache.sh
 
 ## Whether what `make dist` packs is whole, and the same twice.
 test-dist:
@@ -112,7 +116,9 @@ tools:
 ## After a meant change of what is written: golden files anew, to be looked at and committed.
 bless:
 	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-bake --test golden_smooth
-	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-scene --test golden_impostors --test golden_population --test golden_procedural --test golden_views
+	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-scene --test golden_bundle --test golden_impostors --test golden_population --test golden_procedural --test golden_views
+	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-live --test golden_events
+	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-client --lib live::state::tests::golden
 	BELVEDERE_BLESS=1 $(CARGO) test --locked -p belvedere-client --test golden_strategy
 
 clean:

@@ -12,7 +12,9 @@ trap 'rm -rf "$staged"' EXIT
 mkdir "$staged/$name"
 cp "$binary" "$staged/$name/belvedere"
 cp LICENSE-APACHE LICENSE-MIT README.md CHANGELOG.md "$staged/$name/"
-cp -r deploy docs "$staged/$name/"
+cp -r content deploy docs "$staged/$name/"
+mkdir "$staged/$name/viewer"
+cp -r viewer/README.md viewer/examples "$staged/$name/viewer/"
 rm "$staged/$name/deploy/dist.sh"
 # Whoever's umask it is.
 chmod -R u=rwX,go=rX "$staged/$name"

@@ -30,9 +30,18 @@ sub vcl_recv {
     if (req.url ~ "^/metrics(\?|$)") {
         return (synth(404));
     }
-    # Streams without end, and everything that changes something, go straight through.
-    if (req.url ~ "^/v1/(sessions|jobs)/" || (req.method != "GET" && req.method != "HEAD")) {
+    # Streams without end go straight through.
+    if (req.method == "GET" && req.url ~ "^(/s/[^/]+/[^/]+/[^/]+)?/v1/(sessions|jobs)/[^/?]+/events(\?|$)") {
         return (pipe);
+    }
+    # All else of sessions and jobs, and everything that changes something, is asked of the origin on connections that stay open; and
+    # so is what is asked with an API key, whose answer is not for everybody.
+    if (req.url ~ "^(/s/[^/]+/[^/]+/[^/]+)?/v1/(sessions|jobs)/" || req.http.Authorization || (req.method != "GET" && req.method != "HEAD")) {
+        return (pass);
+    }
+    # Objects have no query: with one, anybody would have the origin asked for each anew, and fill the memory.
+    if (req.url ~ "^/o/") {
+        set req.url = regsub(req.url, "\?.*$", "");
     }
     # Probes are about the origin.
     if (req.url ~ "^/(healthz|readyz)(\?|$)") {

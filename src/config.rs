@@ -3,7 +3,7 @@
 //! exist unless it is usable.
 
 pub(crate) mod environment;
-mod file;
+pub(crate) mod file;
 mod listen;
 
 use std::{net::SocketAddr, path::PathBuf, time::Duration};
@@ -424,6 +424,8 @@ impl TryFrom<Settings> for Config {
     }
 }
 
+#[cfg(test)]
+mod defaults_tests;
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -13,11 +13,14 @@
 //! * [`place`]: where catalogue and blobs live, in a folder or shared by several nodes. [`secret`]: what no log may show.
 //! * [`config`]: the one list of settings.
 //! * [`traces`]: where the time of requests and bakes goes, for a collector.
+//! * `confine`: what a bake may take that nobody trusts.
 //! * `epoch`: what time it is on the wall.
 //! * `folder`: how a folder is made in which nobody else may read.
 //! * `media`: of which kind published files are, and how long they may be kept.
 //! * `open_files`: how many connections the system has room for.
 //! * `page`: which files the viewer's page is made of, and their forms.
+//! * `progress`: how whoever started a bake sees that it goes on.
+//! * `spelling`: which known name was meant.
 //! * `spread`: how many threads count the same.
 //! * `worlds`: the worlds that are built into the program.
 //! * `dashboard`: what a terminal shows of a server that runs in it.
@@ -43,6 +46,7 @@ mod progress;
 pub mod publish;
 pub mod published;
 pub mod secret;
+mod spelling;
 mod spread;
 pub mod store;
 pub mod traces;

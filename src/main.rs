@@ -19,7 +19,7 @@ fn main() -> ExitCode {
     match runtime.block_on(commands::run(commands::read())) {
         Ok(()) => ExitCode::SUCCESS,
         Err(cause) => {
-            eprintln!("belvedere: {}", commands::sentence(&cause));
+            eprintln!("belvedere: {}", commands::printable(&commands::sentence(&cause)));
             ExitCode::FAILURE
         }
     }

@@ -4,7 +4,7 @@
 //! another: for what one rung costs there, levels are the better buy. What does not come in a bundle as it should comes alone.
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::BTreeMap,
     ops::Range,
     sync::{
         Arc, Mutex, MutexGuard,
@@ -12,7 +12,10 @@ use std::{
     },
 };
 
-use belvedere_scene::{BlobHash, object::Model, rung::RungName};
+use belvedere_scene::{
+    BlobHash, BlobHasher, bundle as format,
+    rung::{RungName, SmoothLod},
+};
 use bytes::Bytes;
 use tokio::sync::OwnedMutexGuard;
 
@@ -174,7 +177,7 @@ async fn bundle<S: ByteSource>(
     let (count, bytes) = (order.files.len(), bundles::bytes_of(&order.files));
     let (mut given, mut saved) = (0, vec![None; count]);
     let mut look = |so_far: &[u8]| {
-        let places = bundles::places_of(so_far, count).unwrap_or_default();
+        let places = format::places(so_far, count).unwrap_or_default();
         for (file, place) in order.files.iter().zip(places).skip(given) {
             let Some(member) = so_far.get(place) else { break };
             given += 1;
@@ -187,12 +190,15 @@ async fn bundle<S: ByteSource>(
     let ask = Ask::of(&path).having(Some(bytes));
     let answer = scene.source().get_watched(ask, &mut look).await;
     let (members, carried) = match &answer {
-        Ok((bytes, carried)) => (bundles::members_of(bytes, count), *carried),
+        Ok((bytes, carried)) => (
+            format::whole_places(bytes, count).map(|places| (bytes, places)),
+            *carried,
+        ),
         Err(_) => (None, 0),
     };
     fetched.carried += carried;
     let passes = answer.as_ref().is_err_and(Error::is_transient);
-    let Some(members) = members else {
+    let Some((answer, places)) = members else {
         // What the server cannot answer so once, it is not asked so again.
         manners.bundles_refused.fetch_or(!passes, Ordering::Relaxed);
         let mut saved_bytes = 0;
@@ -208,7 +214,9 @@ async fn bundle<S: ByteSource>(
     };
     let (mut right, mut to) = (Vec::with_capacity(count), bytes);
     to -= order.files.iter().map(|file| file.bytes).sum::<u64>();
-    for (file, member) in order.files.iter().zip(members) {
+    for (file, place) in order.files.iter().zip(places) {
+        // A copy, so that what stays does not keep the others in memory.
+        let member = Bytes::copy_from_slice(&answer[place]);
         to += member.len() as u64;
         if is_right(file, &member) {
             scene.source().keep(&file.name.path(), &member).await;
@@ -379,29 +387,12 @@ fn rungs_of(rung: &RungName, stream: &StreamRef, whole: &Bytes) -> Vec<(FileRef,
     others.filter_map(|(number, _)| other(number)).collect()
 }
 
-/// Rungs that have come, until their streams are whole.
-#[derive(Debug, Default)]
-pub(crate) struct Streams {
-    rungs: HashMap<BlobHash, BTreeMap<u8, Bytes>>,
-}
-
-impl Streams {
-    /// Takes in a rung of a model; answers whether the stream is whole now, and right or wrong.
-    pub(crate) fn take(&mut self, rung: &RungName, bytes: Bytes, model: &Model) -> Option<bool> {
-        let smooth = model.smooth.as_ref()?;
-        let known = self.rungs.entry(rung.hash).or_default();
-        known.insert(rung.number, bytes);
-        if known.len() < smooth.rungs.len() {
-            return None;
-        }
-        let whole: Vec<u8> = self.rungs.remove(&rung.hash)?.into_values().flatten().collect();
-        Some(smooth.url.is_of(&whole))
-    }
-
-    /// Forgets what has come of a stream.
-    pub(crate) fn forget(&mut self, stream: BlobHash) {
-        self.rungs.remove(&stream);
-    }
+/// Whether the rungs of a smooth LOD are what its name promises; `None` while one of them is not here.
+pub(crate) fn is_as_named<'a>(smooth: &SmoothLod, here: impl Fn(&RungName) -> Option<&'a Bytes>) -> Option<bool> {
+    let rungs: Option<Vec<_>> = smooth.rungs.iter().map(|rung| here(&rung.url)).collect();
+    let mut hasher = BlobHasher::default();
+    rungs?.into_iter().for_each(|rung| hasher.update(rung));
+    Some(hasher.finish() == smooth.url.hash())
 }
 
 #[cfg(test)]

@@ -285,7 +285,7 @@ impl<S: ByteSource> Scene<S> {
     /// When it cannot be fetched, or is damaged.
     pub async fn population(&self, entry: &PageEntry) -> Result<Arc<Population>, Error> {
         self.read_once(&entry.url, Some(entry.bytes), |bytes| {
-            Population::decode(bytes, ObjectId(entry.first)).map_err(|cause| Error::Document {
+            Population::decode(bytes, ObjectId(entry.first), entry.count).map_err(|cause| Error::Document {
                 path: entry.url.url(),
                 cause: cause.to_string(),
             })
@@ -362,6 +362,12 @@ impl<S: ByteSource> Scene<S> {
     /// Asks again for what could not be had.
     pub(crate) async fn forgive(&self) {
         self.lost.lock().await.clear();
+    }
+
+    /// Who looks at what could not be had waits as long as this is held.
+    #[cfg(test)]
+    pub(crate) async fn hold_lost(&self) -> impl Sized {
+        self.lost.lock().await
     }
 
     /// Asks again for what could not be had for a reason that passes.

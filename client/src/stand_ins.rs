@@ -3,7 +3,7 @@
 //! which [`Scene::entry`] reads for whoever wants them.
 //!
 //! A population is fetched where it costs at most half of the chunks of objects that it spares (the rule of
-//! `viewer/core/standins.ts`). Nobody knows which these are before it is here: a chunk is read all the same when somebody in it
+//! `viewer/core/atlas/standins.ts`). Nobody knows which these are before it is here: a chunk is read all the same when somebody in it
 //! that is wanted cannot be grown. So what populations have spared so far says what the next one will.
 
 use std::{

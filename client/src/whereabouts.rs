@@ -41,18 +41,6 @@ impl<S: ByteSource> Scene<S> {
         search.finish().ok_or(Error::NoCells)
     }
 
-    /// The cell at a point (world space, metres) for who knows the cell at a point nearby: the same answer as
-    /// [`Scene::locate`], mostly without a look at the index.
-    ///
-    /// # Errors
-    /// When a part of the index cannot be fetched or read.
-    pub async fn locate_from(&self, from: &CellEntry, point: [f64; 3]) -> Result<Located, Error> {
-        match self.step(from, point).await {
-            Some(cell) => Ok(Located { cell, distance_m: 0.0 }),
-            None => self.locate(point).await,
-        }
-    }
-
     /// The same for who goes on whatever is lost: `from` the cell where one was, or the beginning, as [`Scene::begin`] has it. Who
     /// `waits` for what may come later hears of that instead.
     ///

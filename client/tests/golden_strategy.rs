@@ -1,6 +1,6 @@
 //! Do Rust and TypeScript decide alike what to fetch? `tests/golden/strategy/situations.json` holds a small world and where
 //! somebody is in it, with what is held and how fast the line is; `decisions.json` holds which way one goes, which cells one
-//! may enter when, what is fetched one after the other, and how much that is. `viewer/core/strategy.test.ts` reads both.
+//! may enter when, what is fetched one after the other, and how much that is. `viewer/core/strategy/golden.test.ts` reads both.
 //! `make bless` writes the second.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail at any step")]

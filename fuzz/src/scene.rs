@@ -6,7 +6,7 @@ use belvedere_scene::{
     BlobHash, BlobName, CellId, ModelId, ObjectId, Revision, SceneName,
     index::{CellChunk, CellSearch, Page},
     manifest::Manifest,
-    object::{ModelChunk, ObjectChunk},
+    object::{ModelChunk, ObjectChunk, PackRef},
     pointer::{Pointer, SceneList},
     procedural::{Limits, Loader, Program, Settings, bounds, grow},
     record::{CellJson, CellRecord, DecodeError, Steps},
@@ -117,8 +117,14 @@ pub(crate) const DOCUMENTS: Target = Target {
         }
         let models = document::<ModelChunk>(bytes);
         if let Ok(chunk) = &models {
+            for level in chunk.models.values().flat_map(|model| &model.levels) {
+                let lies_in = |pack: &PackRef| pack.from + level.bytes <= pack.bytes;
+                assert!(level.pack.as_ref().is_none_or(lies_in));
+            }
             for lod in chunk.models.values().filter_map(|model| model.smooth.as_ref()) {
-                assert!(lod.rungs.iter().all(|rung| rung.url.whole().ext() == "slod"));
+                assert!(lod.rungs.iter().all(|rung| rung.url.whole() == lod.url));
+                let bytes: u64 = lod.rungs.iter().map(|rung| rung.to - rung.from).sum();
+                assert_eq!(bytes, lod.bytes);
             }
         }
         let cells = document::<CellChunk>(bytes);

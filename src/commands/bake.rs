@@ -116,6 +116,9 @@ async fn bake(args: Args) -> anyhow::Result<()> {
             .num_threads(usize::from(threads))
             .build_global()?;
     }
+    // Before anything is made for it.
+    let input = BakeInput::File(args.file);
+    input.find()?;
     let data = DataFolder::open(&args.place).await?;
     if args.private {
         super::private::make_private(data.catalogue(), &args.scene).await?;
@@ -123,7 +126,7 @@ async fn bake(args: Args) -> anyhow::Result<()> {
     let request = Request {
         scene: args.scene,
         title: args.title,
-        input: BakeInput::File(args.file),
+        input,
         sowing: args.sowing.try_into()?,
         settings: BakeSettings {
             visibility: VisibilitySettings {
@@ -256,14 +259,16 @@ pub(super) fn summary(report: &Report) -> String {
         packs.requests_per_crossing,
         percent(packs.wasted_share),
     ));
+    lines.extend(report.growable.sentence().map(|told| format!("  {told}")));
     if report.whole {
         lines.push("  a small world: the manifest lists every object, and clients load all of them".to_owned());
     }
     for defect in &report.defects {
-        lines.push(format!(
-            "  {} × {} (first: {})",
-            defect.count, defect.kind, defect.first
-        ));
+        let places = match &defect.others[..] {
+            [] => format!("first: {}", defect.first),
+            others => format!("{}, {}", defect.first, others.join(", ")),
+        };
+        lines.push(format!("  {} × {} ({places})", defect.count, defect.kind));
     }
     lines.extend(report.notes.iter().map(|note| format!("  {note}")));
     lines.join("\n")

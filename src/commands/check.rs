@@ -1,19 +1,24 @@
 //! `belvedere serve --check-config`: what do the settings come to, and can they work? Looks at what is outside of them and
 //! leaves all as it was.
 
-use std::{io::ErrorKind, path::Path, time::Duration};
+use std::{fs::File, io::ErrorKind, path::Path, time::Duration};
 
 use anyhow::Context;
 
 use super::output::print;
-use crate::{config::Config, live::nodes::NodeName};
+use crate::{
+    config::{Config, file::overridden},
+    db,
+    live::{Recorder, nodes::NodeName},
+    place::Place,
+};
 
-/// Looks at folders, address, certificate, catalogue and bucket, and prints every setting.
+/// Looks at folders, address, certificate, catalogue and bucket, and prints every setting, and those of the file that do nothing.
 ///
 /// # Errors
 /// With the first setting that cannot work.
-pub(super) async fn check(config: &Config) -> anyhow::Result<()> {
-    data(&config.place.data)?;
+pub(super) async fn check(config: &Config, settings_file: Option<&Path>) -> anyhow::Result<()> {
+    data(&config.place)?;
     if let Some(file) = &config.record {
         record(file)?;
     }
@@ -25,6 +30,14 @@ pub(super) async fn check(config: &Config) -> anyhow::Result<()> {
     for (name, value) in settings(config) {
         print(&format!("{name:<28}{value}"))?;
     }
+    if let Some(file) = settings_file {
+        for (name, variable) in overridden(file, |variable| std::env::var_os(variable).is_some())? {
+            print(&format!(
+                "{name} of {} does nothing: {variable} goes before it",
+                file.display()
+            ))?;
+        }
+    }
     match listened {
         Ok(_) => Ok(()),
         // Perhaps the very server whose settings these are.
@@ -35,35 +48,57 @@ pub(super) async fn check(config: &Config) -> anyhow::Result<()> {
     }
 }
 
-fn data(data: &Path) -> anyhow::Result<()> {
+fn data(place: &Place) -> anyhow::Result<()> {
+    let data = &place.data;
+    let cannot = || format!("`data` cannot be written: {}", data.display());
     match std::fs::metadata(data) {
         Ok(about) if !about.is_dir() => anyhow::bail!("`data` must be a folder, and {} is none", data.display()),
-        Ok(about) if about.permissions().readonly() => anyhow::bail!("`data` is read-only: {}", data.display()),
-        Ok(_) => Ok(()),
-        Err(error) if error.kind() == ErrorKind::NotFound => can_be_made(data),
-        Err(error) => Err(error).with_context(|| format!("`data` cannot be used: {}", data.display())),
+        Ok(_) => takes_more(data).with_context(cannot)?,
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let above = data.ancestors().skip(1).find(|folder| folder.exists());
+            let made = takes_more(above.unwrap_or(Path::new(".")));
+            return made.with_context(|| format!("`data` cannot be made: {}", data.display()));
+        }
+        Err(error) => return Err(error).with_context(|| format!("`data` cannot be used: {}", data.display())),
+    }
+    if place.database.is_none() {
+        unless_absent(File::options().append(true).open(data.join(db::FILE_NAME)).map(drop)).with_context(cannot)?;
+    }
+    if place.bucket.is_none() {
+        let blobs = data.join("o");
+        let about = std::fs::metadata(&blobs).and_then(|about| {
+            if about.is_dir() {
+                takes_more(&blobs)
+            } else {
+                Err(ErrorKind::NotADirectory.into())
+            }
+        });
+        unless_absent(about).with_context(|| format!("blobs cannot be kept in {}", blobs.display()))?;
+    }
+    Ok(())
+}
+
+/// What is not there is made.
+fn unless_absent(tried: std::io::Result<()>) -> std::io::Result<()> {
+    match tried {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        tried => tried,
     }
 }
 
-/// Whether the nearest folder above that is there takes another: makes one, and takes it away again.
-fn can_be_made(data: &Path) -> anyhow::Result<()> {
-    let above = data.ancestors().skip(1).find(|folder| folder.exists());
-    let tried = above
-        .unwrap_or(Path::new("."))
-        .join(format!(".belvedere-check-{}", std::process::id()));
-    let made = std::fs::create_dir(&tried).and_then(|()| std::fs::remove_dir(&tried));
-    made.with_context(|| format!("`data` cannot be made: {}", data.display()))
+/// Whether a folder takes another: makes one, and takes it away again. Bits of permission do not say what this user may do.
+fn takes_more(folder: &Path) -> std::io::Result<()> {
+    let tried = folder.join(format!(".belvedere-check-{}", std::process::id()));
+    std::fs::create_dir(&tried).and_then(|()| std::fs::remove_dir(&tried))
 }
 
 fn record(file: &Path) -> anyhow::Result<()> {
     let cannot = || format!("`record` cannot be used: {}", file.display());
-    match std::fs::File::options().append(true).open(file) {
-        Ok(_) => Ok(()),
+    match File::options().append(true).open(file) {
+        Ok(_) => Recorder::could_go_on(file).with_context(cannot),
         Err(error) if error.kind() == ErrorKind::NotFound => {
             let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-            let about = std::fs::metadata(folder.unwrap_or(Path::new("."))).with_context(cannot)?;
-            anyhow::ensure!(about.is_dir() && !about.permissions().readonly(), cannot());
-            Ok(())
+            takes_more(folder.unwrap_or(Path::new("."))).with_context(cannot)
         }
         Err(error) => Err(error).with_context(cannot),
     }

@@ -1,18 +1,21 @@
-//! `belvedere gc`: remove blobs that no revision needs, and revisions that nobody will roll back to.
+//! `belvedere gc`: remove blobs that no revision needs, nor any mover or session that is kept, and revisions that nobody will roll back to.
 
 use super::output::{bytes, print, print_json};
-use crate::{place::PlaceArgs, publish::data::DataFolder};
+use crate::{live::worn, place::PlaceArgs, publish::data::DataFolder};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     #[command(flatten)]
     place: PlaceArgs,
-    /// How many revisions of each scene to keep, the current one included
+    /// How many revisions of each scene to keep, the current one included; previews are not counted, and go
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     keep: u32,
     /// Say what would go, and remove nothing
     #[arg(long)]
     dry_run: bool,
+    /// The store is this catalogue's from now on, whatever it says
+    #[arg(long)]
+    adopt: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -32,17 +35,20 @@ struct Collected {
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let data = DataFolder::open_existing(&args.place).await?;
     let no_bake = data.lock_for_collecting().await?;
+    let stored = data.store().list().await?;
+    data.own_store(&stored, args.adopt, args.dry_run).await?;
     let mut collected = Collected {
         dry_run: args.dry_run,
         ..Collected::default()
     };
-    let needed = if args.dry_run {
+    let mut needed = if args.dry_run {
         collected.revisions = data.catalogue().old_revisions(args.keep).await?;
         data.catalogue().blobs_in_use(args.keep).await?
     } else {
         collected.revisions = data.catalogue().forget_old_revisions(args.keep).await?;
         data.catalogue().blobs_in_use(u32::MAX).await?
     };
+    needed.extend(worn(data.catalogue()).await?);
     // Without it a bake may begin that finds a blob and takes it for its own.
     let still_alone = async || {
         anyhow::ensure!(
@@ -51,7 +57,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         );
         Ok(())
     };
-    for (name, size) in data.store().list().await? {
+    for (name, size) in stored {
         if needed.contains(&name) {
             collected.kept_blobs += 1;
             continue;

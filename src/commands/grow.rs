@@ -50,7 +50,7 @@ pub(super) struct Args {
 pub(super) struct Report {
     /// Bytes of the rules, imported files included.
     rule_bytes: usize,
-    /// The same geometry at 12 bytes for each vertex and 6 for each triangle.
+    /// The same geometry, and that of placed glTF files, at 12 bytes for each vertex and 6 for each triangle.
     explicit_bytes: u64,
     parts: usize,
     objects: usize,
@@ -72,6 +72,9 @@ pub(super) struct Report {
     /// For each limit what was used and what may be used.
     #[serde(serialize_with = "by_name")]
     limits: Vec<(&'static str, [u64; 2])>,
+    /// Why nothing is drawn, for a person.
+    #[serde(skip)]
+    nothing: Option<&'static str>,
     /// Why a bake would refuse it, for a person.
     #[serde(skip)]
     refused: Option<String>,
@@ -160,7 +163,7 @@ impl Report {
         let authored = &scene.authored;
         Self {
             rule_bytes: program.files().map(|(_, text)| text.len()).sum(),
-            explicit_bytes: grown.explicit_bytes(),
+            explicit_bytes: growth.explicit_bytes,
             parts: scene.models.len(),
             objects: scene.objects.len(),
             triangles: placed as u64,
@@ -177,6 +180,7 @@ impl Report {
                 .map(|(name, used, limit)| (name, [used, limit]))
                 .collect(),
             seconds: time.as_secs_f64(),
+            nothing: scene.objects.is_empty().then(|| growth.nothing_drawn()),
             refused: refusal(placed),
             bytes: None,
         }
@@ -202,12 +206,7 @@ impl Report {
             ),
         ];
         lines.extend(self.refused.iter().map(|refused| format!("  {refused}")));
-        if self.objects == 0 {
-            lines.push(
-                "  nothing is drawn: a rule draws when it is called, at last by a statement outside of rules"
-                    .to_owned(),
-            );
-        }
+        lines.extend(self.nothing.iter().map(|nothing| format!("  {nothing}")));
         if self.without_area > 0 {
             lines.push(format!(
                 "  {} more triangles have no area and are left out of what is written",

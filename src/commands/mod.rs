@@ -12,6 +12,7 @@ mod mesh;
 mod output;
 mod private;
 mod publish;
+mod remove;
 mod rollback;
 pub mod serve;
 mod sign;
@@ -20,6 +21,8 @@ mod verify;
 mod walk;
 
 use clap::{CommandFactory, Parser, Subcommand};
+
+pub use output::printable;
 
 use crate::config::environment::{Stranger, behind, of_this_process};
 
@@ -57,6 +60,8 @@ enum Command {
     Gc(gc::Args),
     /// Move a scene back to an earlier revision
     Rollback(rollback::Args),
+    /// Take a published scene away, with its revisions and all that stays in it
+    Remove(remove::Args),
     /// Make, list and revoke API keys: who may upload scenes, roll them back and read private ones
     Keys(keys::Args),
     /// Make a scene private, or public again
@@ -122,6 +127,7 @@ pub async fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Bake(args) => bake::run(args).await,
         Command::Serve(args) => serve::run(args).await,
         Command::Publish(args) => publish::run(args).await,
+        Command::Remove(args) => remove::run(args).await,
         Command::Inspect(args) => inspect::run(args).await,
         Command::Verify(args) => verify::run(args).await,
         Command::Walk(args) => walk::run(args).await,

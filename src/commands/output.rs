@@ -1,13 +1,20 @@
 //! How do answers reach the person or the program that asked? Text and tables on standard output; a closed pipe is not
 //! an error.
 
-use std::io::{ErrorKind, Write};
+use std::{
+    borrow::Cow,
+    io::{ErrorKind, Write},
+};
 
 use anyhow::Context;
 use belvedere_scene::CellId;
 
-/// Prints a text and a line end.
+/// Prints a text and a line end. What would control a terminal is shown instead: names and titles come from whoever uploads.
 pub(super) fn print(text: &str) -> anyhow::Result<()> {
+    write_line(&printable(text))
+}
+
+fn write_line(text: &str) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     match writeln!(out, "{text}").and_then(|()| out.flush()) {
         Err(cause) if cause.kind() == ErrorKind::BrokenPipe => Ok(()),
@@ -17,11 +24,17 @@ pub(super) fn print(text: &str) -> anyhow::Result<()> {
 
 /// Prints a document as JSON, indented.
 pub(super) fn print_json(document: &impl serde::Serialize) -> anyhow::Result<()> {
-    print(&serde_json::to_string_pretty(document)?)
+    let json = serde_json::to_string_pretty(document)?;
+    // In JSON such characters stand in texts alone.
+    write_line(&shown(&json, |c| c != '\n', |c| format!("\\u{:04x}", u32::from(c))))
 }
 
 /// Lays rows out in columns: the first to the left, the others to the right.
 pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
+    let rows: Vec<Vec<_>> = rows
+        .iter()
+        .map(|row| row.iter().map(|cell| in_a_line(cell)).collect())
+        .collect();
     let width = |column: usize| {
         let cells = rows
             .iter()
@@ -45,8 +58,42 @@ pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
         padded.join("  ").trim_end().to_owned()
     };
     let mut lines = vec![line(&mut head.iter().copied())];
-    lines.extend(rows.iter().map(|row| line(&mut row.iter().map(String::as_str))));
+    lines.extend(rows.iter().map(|row| line(&mut row.iter().map(AsRef::as_ref))));
     lines.join("\n")
+}
+
+/// A text for a terminal: what would control it, or turn its writing from right to left, is shown by its number. Lines end as they
+/// do.
+#[must_use]
+pub fn printable(text: &str) -> Cow<'_, str> {
+    shown(text, |c| c != '\n', escaped)
+}
+
+/// The same of what is in one line of a table.
+fn in_a_line(text: &str) -> Cow<'_, str> {
+    shown(text, |_| true, escaped)
+}
+
+fn escaped(c: char) -> String {
+    c.escape_default().to_string()
+}
+
+/// A text with another one in the place of each character that controls a terminal, if that is one that counts.
+fn shown(text: &str, counts: impl Fn(char) -> bool, instead: impl Fn(char) -> String) -> Cow<'_, str> {
+    let turns = |c| matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let controls = |c: char| (c.is_control() || turns(c)) && counts(c);
+    if !text.contains(controls) {
+        return text.into();
+    }
+    let mut shown = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if controls(c) {
+            shown += &instead(c);
+        } else {
+            shown.push(c);
+        }
+    }
+    shown.into()
 }
 
 /// `1.2 MB`, in powers of a thousand.
@@ -94,6 +141,29 @@ mod tests {
             read,
             ["0 B", "999 B", "1.0 kB", "999.9 kB", "1.0 MB", "1.2 MB", "5.0 GB"]
         );
+    }
+
+    #[test]
+    fn what_controls_a_terminal_is_told_and_not_done() {
+        let name = "a\u{1b}]0;owned\u{7}\u{9b}2J\rb\u{202e}\u{2066}é\tz";
+        let told = "a\\u{1b}]0;owned\\u{7}\\u{9b}2J\\rb\\u{202e}\\u{2066}é\\tz";
+        assert_eq!(printable(name), told);
+        assert_eq!(printable("two\nlines"), "two\nlines");
+        let rows = [vec!["c\n1".to_owned(), name.to_owned()]];
+        let lines = table(&["cell", "name"], &rows);
+        assert_eq!(
+            lines,
+            format!("cell  {:>1$}\nc\\n1  {told}", "name", told.chars().count())
+        );
+    }
+
+    #[test]
+    fn json_stays_json() {
+        let name = "a\u{1b}[2J\u{9b}\u{202e}";
+        let json = serde_json::to_string_pretty(&[name]).unwrap();
+        let told = shown(&json, |c| c != '\n', |c| format!("\\u{:04x}", u32::from(c)));
+        assert!(!told.contains(['\u{9b}', '\u{202e}']));
+        assert_eq!(serde_json::from_str::<[String; 1]>(&told).unwrap(), [name]);
     }
 
     #[test]

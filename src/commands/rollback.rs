@@ -15,7 +15,7 @@ use crate::{
 pub(super) struct Args {
     /// The scene
     scene: SceneName,
-    /// The revision [default: the one that was published before the current one]
+    /// The revision [default: the one that was published before the current one, previews left out]
     #[arg(long, value_name = "REVISION")]
     to: Option<Revision>,
     /// List the revisions that are kept, newest first, and move nothing
@@ -57,8 +57,13 @@ async fn list(data: &DataFolder, args: &Args) -> anyhow::Result<()> {
     let rows: Vec<_> = kept
         .iter()
         .map(|kept| {
-            let current = if kept.current { "current" } else { "" };
-            vec![kept.revision.to_string(), kept.published_at.clone(), current.to_owned()]
+            let told = match (kept.current, kept.preview) {
+                (true, true) => "current, preview",
+                (true, false) => "current",
+                (false, true) => "preview",
+                (false, false) => "",
+            };
+            vec![kept.revision.to_string(), kept.published_at.clone(), told.to_owned()]
         })
         .collect();
     print(&table(&["revision", "published", ""], &rows))

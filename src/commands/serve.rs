@@ -20,7 +20,7 @@ use crate::{
     config::{Config, LogFormat, Settings},
     dashboard::{self, Screen},
     http::{
-        AppState, Metrics, OnLine, Pace, PagePolicy, RequestLimits,
+        AppState, Metrics, MissingObjects, OnLine, Pace, PagePolicy, Readiness, RequestLimits,
         accept::{ConnectionLimits, serve_connections},
         front::Front,
         metrics_text,
@@ -79,10 +79,11 @@ pub(super) async fn run_at(args: ServeArgs, page: &str) -> anyhow::Result<()> {
     // Below the log where that is in the terminal too; a log that is sent elsewhere leaves it alone.
     let screen =
         (!args.no_dashboard && std::io::stdout().is_terminal()).then(|| Screen::new(std::io::stderr().is_terminal()));
+    let file = args.config.clone();
     let config = args.into_config()?;
     if check {
         super::tell_strange_variables();
-        return super::check::check(&config).await;
+        return super::check::check(&config, file.as_deref()).await;
     }
     start_log(&config, screen.clone().unwrap_or_default())?;
     for stranger in super::strange_variables() {
@@ -150,6 +151,7 @@ async fn serve_and_show(
         Some(settings) => Traces::start(settings, node.map(ToString::to_string))?,
         None => Traces::default(),
     };
+    let among_nodes = nodes.is_some();
     let sources = Sources {
         nodes: nodes.clone(),
         publications: publications.clone(),
@@ -188,7 +190,9 @@ async fn serve_and_show(
         jobs,
         pace: Pace::new(config.requests_per_s),
         catalogue,
-        metrics: Metrics::default(),
+        missing: MissingObjects::default(),
+        readiness: Readiness::default(),
+        metrics: Metrics::new(among_nodes),
         traces: traces.clone(),
         limits: RequestLimits {
             timeout: config.request_timeout,

@@ -8,6 +8,8 @@ use clap::{
     error::{ContextKind, ContextValue},
 };
 
+use crate::spelling::nearest_of;
+
 const PREFIX: &str = "BELVEDERE_";
 
 /// A variable that is no setting. Its value may be a secret and is told nowhere.
@@ -99,33 +101,6 @@ fn variable_behind(command: &Command, said: &[String], flag: &str) -> Option<OsS
     here.or_else(below)
 }
 
-/// The name that is spelt most alike, if one is; `own` bytes of the name are its own.
-pub(super) fn nearest_of<'a>(name: &str, known: impl Iterator<Item = &'a str>, own: usize) -> Option<String> {
-    let far = |other: &str| match (other.strip_prefix(name), name.strip_prefix(other)) {
-        // The start of one, or one with a word more.
-        (Some(_), _) => 1,
-        (_, Some(more)) if more.starts_with('_') => 2,
-        _ => edits(name, other),
-    };
-    let (far, nearest) = known.map(|other| (far(other), other)).min()?;
-    (own > 0 && far <= own.div_ceil(3)).then(|| nearest.to_owned())
-}
-
-/// How many letters must be put in, taken out or changed to make one text the other (Levenshtein 1966), row by row of the table
-/// of Wagner and Fischer 1974.
-fn edits(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, of_a) in a.bytes().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, of_b) in b.bytes().enumerate() {
-            let changed = diagonal + usize::from(of_a != of_b);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use clap::{CommandFactory, Parser};
@@ -187,17 +162,5 @@ mod tests {
         let alone = words(&["belvedere", "serve", "--lease-s=3"]);
         assert_eq!(of(&alone, &set).as_deref(), Some("BELVEDERE_TICK_MS"));
         assert_eq!(of(&alone, &BTreeSet::new()), None);
-    }
-
-    #[test]
-    fn edits_are_counted() {
-        for (a, b, expected) in [
-            ("", "", 0),
-            ("abc", "", 3),
-            ("kitten", "sitting", 3),
-            ("flaw", "lawn", 2),
-        ] {
-            assert_eq!((edits(a, b), edits(b, a)), (expected, expected), "{a} {b}");
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! What does a settings file hold, and where in it is what is wrong? Its keys are the settings of the command line. Each is
 //! read by itself, so that an error knows its line and its name.
 
-use std::{ops::Range, path::Path};
+use std::{ffi::OsStr, ops::Range, path::Path};
 
 use clap::{Args, Command};
 use serde::{Deserialize, Deserializer};
@@ -10,7 +10,8 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
-use super::{ConfigError, Settings, environment::nearest_of};
+use super::{ConfigError, Settings};
+use crate::spelling::nearest_of;
 
 impl Settings {
     /// Reads a TOML file.
@@ -28,6 +29,25 @@ impl Settings {
             what,
         })
     }
+}
+
+/// The settings of a file that variables of these names go before, each with its variable.
+pub(crate) fn overridden(file: &Path, is_set: impl Fn(&OsStr) -> bool) -> std::io::Result<Vec<(String, String)>> {
+    let text = std::fs::read_to_string(file)?;
+    let known = Settings::augment_args(Command::new("settings"));
+    // What is no TOML has been refused before.
+    let Ok(names) = DeTable::parse(&text) else {
+        return Ok(vec![]);
+    };
+    let set = known.get_arguments().filter_map(|setting| {
+        let variable = setting.get_env().filter(|variable| is_set(variable))?;
+        let named = names
+            .get_ref()
+            .keys()
+            .any(|key| key.get_ref() == setting.get_id().as_str());
+        named.then(|| (setting.get_id().to_string(), variable.to_string_lossy().into_owned()))
+    });
+    Ok(set.collect())
 }
 
 /// What is wrong, and after how many bytes.

@@ -13,13 +13,21 @@ use super::{Catalogue, Dialect};
 impl Catalogue {
     /// What is changed by this is kept when it is committed, all of it, and not at all when it is dropped before.
     pub(super) async fn transaction(&self) -> Result<Transaction<'static, sqlx::Any>, sqlx::Error> {
-        self.pool
-            .begin_with(match self.dialect {
-                // Who waits for the lock waits here, and no later statement finds that what it read is old.
-                Dialect::Sqlite => "BEGIN IMMEDIATE",
-                Dialect::Postgres => "BEGIN",
-            })
-            .await
+        self.begin(&self.pool).await
+    }
+
+    /// The same over a connection that no visitor keeps busy.
+    pub(super) async fn vital_transaction(&self) -> Result<Transaction<'static, sqlx::Any>, sqlx::Error> {
+        self.begin(&self.vital).await
+    }
+
+    async fn begin(&self, pool: &AnyPool) -> Result<Transaction<'static, sqlx::Any>, sqlx::Error> {
+        pool.begin_with(match self.dialect {
+            // Who waits for the lock waits here, and no later statement finds that what it read is old.
+            Dialect::Sqlite => "BEGIN IMMEDIATE",
+            Dialect::Postgres => "BEGIN",
+        })
+        .await
     }
 }
 

@@ -16,14 +16,16 @@ use sqlx::{
     migrate::Migrator,
 };
 
-use super::{Catalogue, change, trial::Trials};
+use super::{Catalogue, change, pool, trial::Trials};
 use crate::{folder, secret::Secret};
 
 /// The file of the catalogue in a data folder.
 pub const FILE_NAME: &str = "catalogue.sqlite";
-/// How long a query waits for PostgreSQL; whoever asks over HTTP hears of it within its own time limit.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// How long a query waits for a connection to PostgreSQL; whoever asks over HTTP hears of it within its own time limit.
+pub(super) const CONNECT_PATIENCE: Duration = Duration::from_secs(3);
 const CONNECTIONS: u32 = 8;
+/// So many more are for what must not wait behind whoever asks for something else.
+const VITAL_CONNECTIONS: u32 = 4;
 /// Writers of a SQLite file wait for each other for this long.
 const BUSY: Duration = Duration::from_secs(10);
 
@@ -99,7 +101,7 @@ impl Catalogue {
         first.await.map_err(|error| of_a_file(error, &place))?;
         let pool = AnyPoolOptions::new()
             .max_connections(4)
-            .acquire_timeout(BUSY + PATIENCE)
+            .acquire_timeout(BUSY + CONNECT_PATIENCE)
             .after_connect(|connection, _| Box::pin(settle(connection)));
         let pool = pool.after_release(|connection, _| Box::pin(change::is_free(connection)));
         Self::over(pool, options, Dialect::Sqlite, &place).await
@@ -141,7 +143,11 @@ impl Catalogue {
         let (options, place) = reached(url).await?;
         let pool = AnyPoolOptions::new()
             .max_connections(CONNECTIONS)
-            .acquire_timeout(PATIENCE);
+            .acquire_timeout(CONNECT_PATIENCE)
+            .test_before_acquire(false)
+            .before_acquire(|connection, about| {
+                Box::pin(async move { Ok(pool::is_of_use(connection, about.age).await) })
+            });
         Self::over(pool, options, Dialect::Postgres, &place).await
     }
 
@@ -160,6 +166,8 @@ impl Catalogue {
         place: &str,
     ) -> anyhow::Result<Self> {
         know_drivers();
+        let vital = pool.clone().max_connections(VITAL_CONNECTIONS);
+        let vital = vital.connect_lazy_with(options.clone());
         let pool: AnyPool = pool
             .connect_with(options)
             .await
@@ -171,6 +179,7 @@ impl Catalogue {
             .with_context(|| format!("cannot bring {place} up to date"))?;
         Ok(Self {
             pool,
+            vital,
             dialect,
             trials: Trials::default(),
         })
@@ -179,8 +188,10 @@ impl Catalogue {
 
 /// What every connection to a file has.
 async fn settle(connection: &mut AnyConnection) -> Result<(), sqlx::Error> {
+    // What a statement could be undone by would else be put into a file beside the data folder, where there may be no room for one.
     let settings = format!(
-        "PRAGMA busy_timeout = {}; PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;",
+        "PRAGMA busy_timeout = {}; PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON; \
+         PRAGMA temp_store = MEMORY;",
         BUSY.as_millis()
     );
     connection.execute(sqlx::AssertSqlSafe(settings)).await.map(drop)
@@ -213,8 +224,8 @@ fn know_drivers() {
 
 /// Nobody has answered.
 #[derive(Debug, thiserror::Error)]
-#[error("no answer within {PATIENCE:?}")]
-struct Silent;
+#[error("no answer within {CONNECT_PATIENCE:?}")]
+pub(super) struct Silent;
 
 /// What a database says, without the line of its own program where it says so.
 fn told(error: sqlx::Error) -> anyhow::Error {
@@ -243,7 +254,7 @@ async fn reached(url: &Secret) -> anyhow::Result<(AnyConnectOptions, String)> {
     let (host, port) = (url.host_str().unwrap_or("localhost"), url.port().unwrap_or(5432));
     let place = format!("the catalogue in PostgreSQL at {host}:{port}{}", url.path());
     let cannot = || format!("cannot open {place}");
-    let connecting = tokio::time::timeout(PATIENCE, AnyConnection::connect_with(&options));
+    let connecting = tokio::time::timeout(CONNECT_PATIENCE, AnyConnection::connect_with(&options));
     let connected = connecting.await.map_err(|_| Silent).with_context(cannot)?;
     let first = connected.map_err(told).with_context(cannot)?;
     first.close().await.with_context(cannot)?;
@@ -420,6 +431,7 @@ mod tests {
                 ("PRAGMA synchronous", 2),
                 ("PRAGMA foreign_keys", 1),
                 ("PRAGMA busy_timeout", 10_000),
+                ("PRAGMA temp_store", 2),
             ] {
                 assert_eq!(ask(sql).await.get::<i64, _>(0), set, "{sql}");
             }

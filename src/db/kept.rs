@@ -1,7 +1,7 @@
 //! What of live sessions outlives the server: movers that were created to stay, and how doors stand.
 
 use belvedere_scene::{ObjectId, Revision, SceneName};
-use sqlx::Row;
+use sqlx::{AssertSqlSafe, Row, any::AnyRow};
 
 use super::{Catalogue, change::returned};
 
@@ -70,40 +70,40 @@ impl Catalogue {
         Ok(())
     }
 
+    /// What all kept movers and sessions were created and opened with, JSON.
+    pub async fn kept_looks(&self) -> anyhow::Result<(Vec<String>, Vec<String>)> {
+        let read = async |asked| -> anyhow::Result<Vec<String>> {
+            let rows = sqlx::query(asked).fetch_all(&self.pool).await?;
+            rows.iter().map(|row| Ok(row.try_get("look")?)).collect()
+        };
+        let movers = read("SELECT mover AS look FROM kept_movers").await?;
+        Ok((movers, read("SELECT visitor AS look FROM sessions").await?))
+    }
+
     /// The movers of a scene, rising.
     pub async fn kept_movers(&self, scene: &SceneName) -> anyhow::Result<Vec<KeptMover>> {
         let rows = sqlx::query("SELECT object, token, mover, pose FROM kept_movers WHERE scene = $1 ORDER BY object")
             .bind(scene.as_str())
             .fetch_all(&self.pool)
             .await?;
-        rows.iter()
-            .map(|row| {
-                Ok(KeptMover {
-                    object: object(row)?,
-                    token: row.try_get("token")?,
-                    mover: row.try_get("mover")?,
-                    pose: row.try_get("pose")?,
-                })
-            })
-            .collect()
+        rows.iter().map(kept).collect()
     }
 
-    /// A mover, and its scene.
-    pub async fn kept_mover(&self, object: ObjectId) -> anyhow::Result<Option<(SceneName, KeptMover)>> {
-        let row = sqlx::query("SELECT scene, token, mover, pose FROM kept_movers WHERE object = $1")
-            .bind(i64::from(object.0))
-            .fetch_optional(&self.pool)
-            .await?;
-        row.map(|row| {
-            let kept = KeptMover {
-                object,
-                token: row.try_get("token")?,
-                mover: row.try_get("mover")?,
-                pose: row.try_get("pose")?,
-            };
-            Ok((row.try_get::<&str, _>("scene")?.parse()?, kept))
-        })
-        .transpose()
+    /// Those of these movers that are kept, each with its scene.
+    pub async fn movers_anywhere(&self, objects: &[ObjectId]) -> anyhow::Result<Vec<(SceneName, KeptMover)>> {
+        let places = (1..=objects.len()).map(|place| format!("${place}"));
+        let places = places.collect::<Vec<_>>().join(", ");
+        let asked = format!("SELECT object, scene, token, mover, pose FROM kept_movers WHERE object IN ({places})");
+        let asking = objects
+            .iter()
+            .fold(sqlx::query(AssertSqlSafe(asked)), |asking, object| {
+                asking.bind(i64::from(object.0))
+            });
+        // One statement for each number of them is not worth remembering.
+        let rows = asking.persistent(false).fetch_all(&self.pool).await?;
+        rows.iter()
+            .map(|row| Ok((row.try_get::<&str, _>("scene")?.parse()?, kept(row)?)))
+            .collect()
     }
 
     /// Draws ids of movers that nobody else ever gets: the first of `many` in a row.
@@ -160,7 +160,16 @@ impl Catalogue {
     }
 }
 
-fn object(row: &sqlx::any::AnyRow) -> anyhow::Result<ObjectId> {
+fn kept(row: &AnyRow) -> anyhow::Result<KeptMover> {
+    Ok(KeptMover {
+        object: object(row)?,
+        token: row.try_get("token")?,
+        mover: row.try_get("mover")?,
+        pose: row.try_get("pose")?,
+    })
+}
+
+fn object(row: &AnyRow) -> anyhow::Result<ObjectId> {
     Ok(ObjectId(u32::try_from(row.try_get::<i64, _>("object")?)?))
 }
 

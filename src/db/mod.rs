@@ -10,15 +10,21 @@
 
 mod change;
 mod connect;
+mod identity;
 mod jobs;
 mod kept;
 mod keys;
 mod lock;
+mod pool;
 mod private;
+mod removing;
 mod sessions;
 mod trial;
 
-use std::{collections::BTreeSet, time::Duration};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    time::Duration,
+};
 
 use anyhow::Context;
 use belvedere_scene::{
@@ -29,18 +35,26 @@ use sqlx::{AnyPool, AssertSqlSafe, Row};
 
 use connect::Dialect;
 pub use connect::{FILE_NAME, found_no_room, was_away};
-pub use jobs::{Claim, NewJob, StoredJob};
+pub use jobs::{Claim, Keeping, NewJob, StoredJob};
 pub use kept::{KeptDoor, KeptMover};
 pub use keys::{NewKey, StoredKey};
 pub use lock::BlobLock;
+#[cfg(test)]
+pub(crate) use pool::silence;
 pub use private::PrivateScene;
-pub use sessions::{HousedSession, KeptSession, SessionChanges, SessionHome, Taking};
+pub use removing::Removed;
+pub use sessions::{Beat, HousedSession, KeptSession, SessionChanges, SessionHome, Taking};
 use trial::Trials;
 
 /// The catalogue. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
     pool: AnyPool,
+    /// For signs of life, for taking from who gives none, and for how jobs end. If these waited while visitors keep all other
+    /// connections busy, a server that is well would be taken for dead. Which job is next takes longer to say, and may wait. A
+    /// server takes sessions, ends a job, renews its jobs and is heard of at the same time: each has one, however long another
+    /// one waits for rows that somebody changes.
+    vital: AnyPool,
     dialect: Dialect,
     trials: Trials,
 }
@@ -84,6 +98,8 @@ pub struct KeptRevision {
     pub published_at: String,
     /// Whether it is what is served.
     pub current: bool,
+    /// Whether it is the first one of a bake that went on after it.
+    pub preview: bool,
 }
 
 impl Catalogue {
@@ -154,9 +170,13 @@ impl Catalogue {
     pub async fn pointers(&self) -> anyhow::Result<Vec<Pointer>> {
         let reading = sqlx::query("SELECT pointer FROM scenes JOIN revisions USING (scene, revision) ORDER BY scene")
             .fetch_all(&self.pool);
-        let rows = tokio::time::timeout(PATIENCE, reading).await;
-        rows.context("the catalogue does not answer")??
-            .iter()
+        let rows = match in_time(PATIENCE, reading).await {
+            Err(error) if matches!(error.downcast_ref(), Some(sqlx::Error::PoolTimedOut)) => {
+                return Err(pool::why_none(&self.pool).await);
+            }
+            rows => rows?,
+        };
+        rows.iter()
             .map(|row| Ok(serde_json::from_str(row.try_get("pointer")?)?))
             .collect()
     }
@@ -179,10 +199,21 @@ impl Catalogue {
         }))
     }
 
+    /// The pointer of a revision of a scene, as long as that is kept.
+    pub async fn pointer_of(&self, scene: &SceneName, revision: Revision) -> anyhow::Result<Option<Pointer>> {
+        let row = sqlx::query("SELECT pointer FROM revisions WHERE scene = $1 AND revision = $2")
+            .bind(scene.as_str())
+            .bind(revision.to_string())
+            .fetch_optional(&self.pool)
+            .await?;
+        row.map(|row| Ok(serde_json::from_str(row.try_get("pointer")?)?))
+            .transpose()
+    }
+
     /// The revisions of a scene that are kept, newest first.
     pub async fn kept_revisions(&self, scene: &SceneName) -> anyhow::Result<Vec<KeptRevision>> {
         let rows = sqlx::query(
-            "SELECT r.revision, r.published_at, CASE WHEN s.revision IS NULL THEN 0 ELSE 1 END AS current \
+            "SELECT r.revision, r.published_at, r.source_key, CASE WHEN s.revision IS NULL THEN 0 ELSE 1 END AS current \
              FROM revisions r LEFT JOIN scenes s ON s.scene = r.scene AND s.revision = r.revision \
              WHERE r.scene = $1 ORDER BY r.published_at DESC, r.revision",
         )
@@ -195,6 +226,7 @@ impl Catalogue {
                     revision: row.try_get::<&str, _>("revision")?.parse()?,
                     published_at: row.try_get("published_at")?,
                     current: row.try_get::<i64, _>("current")? != 0,
+                    preview: row.try_get::<&str, _>("source_key")?.starts_with(PREVIEW_OF),
                 })
             })
             .collect()
@@ -229,10 +261,33 @@ impl Catalogue {
             .collect()
     }
 
-    /// Every blob that the newest `keep` revisions of some scene need; the current one always counts.
+    /// Which of these blobs current revisions need, each with the first scene that does, by name.
+    pub async fn scenes_that_need(&self, blobs: &[BlobName]) -> anyhow::Result<BTreeMap<BlobName, SceneName>> {
+        let places = (1..=blobs.len()).map(|place| format!("${place}"));
+        let places = places.collect::<Vec<_>>().join(", ");
+        let asked = format!(
+            "SELECT blob, min(scene) AS scene FROM scenes JOIN revision_blobs USING (scene, revision) WHERE blob IN ({places}) GROUP BY blob"
+        );
+        let asking = blobs.iter().fold(sqlx::query(AssertSqlSafe(asked)), |asking, blob| {
+            asking.bind(blob.to_string())
+        });
+        // One statement for each number of them is not worth remembering.
+        let rows = asking.persistent(false).fetch_all(&self.pool).await?;
+        rows.iter()
+            .map(|row| {
+                Ok((
+                    row.try_get::<&str, _>("blob")?.parse()?,
+                    row.try_get::<&str, _>("scene")?.parse()?,
+                ))
+            })
+            .collect()
+    }
+
+    /// Every blob that the newest `keep` revisions of some scene need, previews left out; the current one always counts.
     pub async fn blobs_in_use(&self, keep: u32) -> anyhow::Result<BTreeSet<BlobName>> {
         let sql = AssertSqlSafe(format!(
-            "SELECT DISTINCT blob FROM revision_blobs WHERE (scene, revision) NOT IN ({OLD_REVISIONS})"
+            "SELECT DISTINCT blob FROM revision_blobs WHERE (scene, revision) NOT IN ({})",
+            old_revisions()
         ));
         let rows = sqlx::query(sql).bind(i64::from(keep)).fetch_all(&self.pool).await?;
         rows.iter()
@@ -242,15 +297,16 @@ impl Catalogue {
 
     /// How many revisions [`Catalogue::forget_old_revisions`] would remove.
     pub async fn old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
-        let sql = AssertSqlSafe(format!("SELECT count(*) AS old FROM ({OLD_REVISIONS}) AS aged"));
+        let sql = AssertSqlSafe(format!("SELECT count(*) AS old FROM ({}) AS aged", old_revisions()));
         let row = sqlx::query(sql).bind(i64::from(keep)).fetch_one(&self.pool).await?;
         Ok(u64::try_from(row.try_get::<i64, _>("old")?)?)
     }
 
-    /// Forgets all but the newest `keep` revisions of each scene; the current one is always kept. Says how many went.
+    /// Forgets all but the newest `keep` revisions of each scene, and previews; the current one is always kept. Says how many went.
     pub async fn forget_old_revisions(&self, keep: u32) -> anyhow::Result<u64> {
         let sql = AssertSqlSafe(format!(
-            "DELETE FROM revisions WHERE (scene, revision) IN ({OLD_REVISIONS})"
+            "DELETE FROM revisions WHERE (scene, revision) IN ({})",
+            old_revisions()
         ));
         Ok(sqlx::query(sql)
             .bind(i64::from(keep))
@@ -263,17 +319,112 @@ impl Catalogue {
 /// Whoever follows the catalogue waits no longer for an answer.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
+/// What the catalogue answers; an error when that takes longer, since its machine may be gone without a word.
+pub(crate) async fn in_time<T, E: Into<anyhow::Error>>(
+    limit: Duration,
+    asking: impl Future<Output = Result<T, E>>,
+) -> anyhow::Result<T> {
+    let answer = tokio::time::timeout(limit, asking).await;
+    answer.context("the catalogue does not answer")?.map_err(Into::into)
+}
+
 /// So many rows are inserted by one statement: each takes a round trip, and parameters are numbered up to 32766.
 const BLOBS_AT_ONCE: usize = 500;
 
-/// Revisions that are neither current nor among the newest; binds how many to keep.
-const OLD_REVISIONS: &str = "SELECT scene, revision FROM ( \
-       SELECT scene, revision, row_number() OVER (PARTITION BY scene ORDER BY published_at DESC) AS age FROM revisions) AS aged \
-     WHERE age > $1 AND (scene, revision) NOT IN (SELECT scene, revision FROM scenes)";
+/// What the key begins with of a preview, which whoever bakes the same next shall not take for the whole.
+pub(crate) const PREVIEW_OF: &str = "first of ";
+
+/// Revisions that are neither current nor among the newest; binds how many to keep. Previews are not counted and are old at once:
+/// `gc` runs beside no bake, so what comes after one is there or never will be.
+fn old_revisions() -> String {
+    format!(
+        "SELECT scene, revision FROM ( \
+           SELECT scene, revision, preview, row_number() OVER (PARTITION BY scene, preview ORDER BY published_at DESC) AS age FROM ( \
+             SELECT scene, revision, published_at, CASE WHEN source_key LIKE '{PREVIEW_OF}%' THEN 1 ELSE 0 END AS preview \
+             FROM revisions) AS told) AS aged \
+         WHERE (age > $1 OR preview = 1) AND (scene, revision) NOT IN (SELECT scene, revision FROM scenes)"
+    )
+}
 
 /// The list of scenes that these pointers make.
 pub fn scene_list(pointers: &[Pointer]) -> SceneList {
     SceneList {
         scenes: pointers.iter().map(Pointer::summary).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sqlx::Executor;
+
+    use super::*;
+
+    /// Where nothing but the data folder can be written there is no place for such a file.
+    #[cfg(target_os = "linux")]
+    #[tokio::test]
+    async fn what_a_large_change_could_be_undone_by_is_in_no_temporary_file() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let mut tx = catalogue.transaction().await.unwrap();
+        let revision = "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) \
+             VALUES ('town', '1', '', '', '', '')";
+        tx.execute(revision).await.unwrap();
+        let names: Vec<_> = (0..20 * BLOBS_AT_ONCE)
+            .map(|i| BlobName::of(&i.to_le_bytes(), "glb").unwrap())
+            .collect();
+        for some in names.chunks(BLOBS_AT_ONCE) {
+            let rows: Vec<_> = some.iter().map(|blob| format!("('town', '1', '{blob}', 7)")).collect();
+            let sql = format!(
+                "INSERT INTO revision_blobs (scene, revision, blob, bytes) VALUES {}",
+                rows.join(", ")
+            );
+            tx.execute(AssertSqlSafe(sql)).await.unwrap();
+        }
+        let open = std::fs::read_dir("/proc/self/fd").unwrap();
+        let files = open.filter_map(|file| std::fs::read_link(file.unwrap().path()).ok());
+        let temporary: Vec<_> = files
+            .filter(|file| file.to_string_lossy().contains("etilqs_"))
+            .collect();
+        tx.commit().await.unwrap();
+        assert!(temporary.is_empty(), "{temporary:?}");
+    }
+
+    #[tokio::test]
+    async fn a_preview_is_not_one_of_the_revisions_to_keep() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let revisions = format!(
+            "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report, published_at) VALUES \
+             ('town', '0000000000000001', '', 'a', '', '', '1'), ('town', '0000000000000002', '', '{PREVIEW_OF}b', '', '', '2'), \
+             ('town', '0000000000000003', '', 'b', '', '', '3'), ('hall', '0000000000000004', '', '{PREVIEW_OF}c', '', '', '1'); \
+             INSERT INTO scenes VALUES ('town', '0000000000000003'), ('hall', '0000000000000004')"
+        );
+        catalogue.pool.execute(AssertSqlSafe(revisions)).await.unwrap();
+        assert_eq!(catalogue.old_revisions(2).await.unwrap(), 1);
+        assert_eq!(catalogue.forget_old_revisions(2).await.unwrap(), 1);
+        let kept = async |scene: &str| {
+            let kept = catalogue.kept_revisions(&scene.parse().unwrap()).await.unwrap();
+            kept.iter().map(|kept| kept.preview).collect::<Vec<_>>()
+        };
+        assert_eq!(kept("town").await, [false, false]);
+        assert_eq!(kept("hall").await, [true], "it is what is served");
+    }
+
+    #[tokio::test]
+    async fn a_blob_is_needed_by_the_current_revision_that_names_it() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let [old, new, strange] = [b"old", b"new", b"who"].map(|bytes| BlobName::of(bytes, "glb").unwrap());
+        let revision = "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) \
+             VALUES ('town', '1', '', '', '', ''), ('town', '2', '', '', '', ''); \
+             INSERT INTO scenes VALUES ('town', '2')";
+        catalogue.pool.execute(revision).await.unwrap();
+        for (revision, blob) in [("1", &old), ("2", &new)] {
+            let insert = sqlx::query("INSERT INTO revision_blobs VALUES ('town', $1, $2, 7)");
+            let insert = insert.bind(revision).bind(blob.to_string());
+            insert.execute(&catalogue.pool).await.unwrap();
+        }
+        let needed = catalogue.scenes_that_need(&[old, new.clone(), strange]).await.unwrap();
+        assert_eq!(needed, BTreeMap::from([(new, "town".parse().unwrap())]));
     }
 }

@@ -4,7 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_scene::SceneName;
-use sqlx::{AnyConnection, Row, any::AnyRow};
+use sqlx::{
+    Row,
+    any::{AnyArguments, AnyRow},
+    query::Query,
+};
 
 use super::{Catalogue, change::returned};
 use crate::secret::Secret;
@@ -63,6 +67,15 @@ pub struct SessionHome {
     pub ended: bool,
 }
 
+/// How it stands with a home that was just heard of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Beat {
+    /// How often it was heard of by now. No more often than before: it was forgotten meanwhile, with the lines of its sessions.
+    pub beats: i64,
+    /// How many sessions others have taken from it.
+    pub robbed: i64,
+}
+
 /// What is to be kept of the sessions of one home.
 #[derive(Debug, Clone, Default)]
 pub struct SessionChanges {
@@ -92,10 +105,13 @@ impl Catalogue {
         Ok(row.try_get::<&str, _>("secret")?.into())
     }
 
-    /// Keeps what has changed, all of it or nothing. The same may be kept again.
+    /// Keeps what has changed, all of it or nothing. The same may be kept again. A home that gets sessions is heard of: whoever finds
+    /// their lines finds no number that has stood still for long.
     pub async fn keep_sessions(&self, home: &str, changes: &SessionChanges) -> anyhow::Result<()> {
         let mut tx = self.transaction().await?;
-        settle(&mut tx, home).await?;
+        if !changes.opened.is_empty() {
+            hear_of(home).execute(&mut *tx).await?;
+        }
         for new in &changes.opened {
             sqlx::query(
                 "INSERT INTO sessions (session, scene, home, visitor, statics) VALUES ($1, $2, $3, $4, $5) \
@@ -146,23 +162,28 @@ impl Catalogue {
     }
 
     /// Gives each of these another home if it is still at home where it was, and nothing was heard from there since that many
-    /// beats; that home hears of it with its next beat. Says in its place how often each has moved by now; none where it was not for
+    /// beats; that home hears of it with its next beat, and the new one is heard of. Says in its place how often each has moved by now; none where it was not for
     /// this home to take.
     pub async fn take_sessions(&self, takings: &[Taking], to: &str) -> anyhow::Result<Vec<Option<u64>>> {
-        let mut tx = self.transaction().await?;
-        settle(&mut tx, to).await?;
+        let mut tx = self.vital_transaction().await?;
         // How many were taken from each home that may be taken from.
         let mut gone = BTreeMap::new();
         // In one order everywhere, so that no two who take wait for each other.
-        let homes: BTreeSet<_> = takings.iter().map(Taking::home).collect();
+        let mut homes: BTreeSet<_> = takings.iter().map(Taking::home).collect();
+        homes.insert((to, 0));
         for (home, beats) in homes {
+            if home == to {
+                hear_of(to).execute(&mut *tx).await?;
+                gone.insert((home, beats), 0);
+                continue;
+            }
             // Its next beat waits for this, or has been before.
             let silent = sqlx::query("UPDATE session_homes SET robbed = robbed WHERE home = $1 AND beats = $2")
                 .bind(home)
                 .bind(beats)
                 .execute(&mut *tx)
                 .await?;
-            if home == to || silent.rows_affected() > 0 {
+            if silent.rows_affected() > 0 {
                 gone.insert((home, beats), 0);
             }
         }
@@ -198,20 +219,19 @@ impl Catalogue {
         Ok(all)
     }
 
-    /// A home is heard of; says how many sessions others have taken from it by now.
-    pub async fn beat_home(&self, home: &str) -> anyhow::Result<i64> {
-        let beat = sqlx::query(
-            "INSERT INTO session_homes (home, beats) VALUES ($1, 1) \
-             ON CONFLICT (home) DO UPDATE SET beats = session_homes.beats + 1 RETURNING robbed",
-        );
-        let row = returned(&self.pool, beat.bind(home)).await?;
-        Ok(row.try_get("robbed")?)
+    /// A home is heard of.
+    pub async fn beat_home(&self, home: &str) -> anyhow::Result<Beat> {
+        let row = returned(&self.vital, hear_of(home)).await?;
+        Ok(Beat {
+            beats: row.try_get("beats")?,
+            robbed: row.try_get("robbed")?,
+        })
     }
 
     /// All homes.
     pub async fn session_homes(&self) -> anyhow::Result<Vec<SessionHome>> {
         let rows = sqlx::query("SELECT home, beats, ended FROM session_homes")
-            .fetch_all(&self.pool)
+            .fetch_all(&self.vital)
             .await?;
         rows.iter()
             .map(|row| {
@@ -228,7 +248,7 @@ impl Catalogue {
     pub async fn end_home(&self, home: &str) -> anyhow::Result<()> {
         sqlx::query("UPDATE session_homes SET ended = 1 WHERE home = $1")
             .bind(home)
-            .execute(&self.pool)
+            .execute(&self.vital)
             .await?;
         Ok(())
     }
@@ -238,7 +258,7 @@ impl Catalogue {
         sqlx::query("DELETE FROM session_homes WHERE home = $1 AND beats = $2")
             .bind(home)
             .bind(beats)
-            .execute(&self.pool)
+            .execute(&self.vital)
             .await?;
         Ok(())
     }
@@ -247,7 +267,7 @@ impl Catalogue {
     pub async fn sessions_at(&self, home: &str) -> anyhow::Result<BTreeSet<u64>> {
         let rows = sqlx::query("SELECT session FROM sessions WHERE home = $1")
             .bind(home)
-            .fetch_all(&self.pool)
+            .fetch_all(&self.vital)
             .await?;
         rows.iter()
             .map(|row| Ok(u64::try_from(row.try_get::<i64, _>("session")?)?))
@@ -270,13 +290,13 @@ fn housed(row: &AnyRow) -> anyhow::Result<HousedSession> {
     })
 }
 
-/// Makes sure that a home is known; it is heard of only when it beats.
-async fn settle(connection: &mut AnyConnection, home: &str) -> Result<(), sqlx::Error> {
-    sqlx::query("INSERT INTO session_homes (home, beats) VALUES ($1, 1) ON CONFLICT (home) DO NOTHING")
-        .bind(home)
-        .execute(connection)
-        .await?;
-    Ok(())
+/// Raises the beats of a home, which is known from then on.
+fn hear_of(home: &str) -> Query<'_, sqlx::Any, AnyArguments> {
+    sqlx::query(
+        "INSERT INTO session_homes (home, beats) VALUES ($1, 1) \
+         ON CONFLICT (home) DO UPDATE SET beats = session_homes.beats + 1 RETURNING beats, robbed",
+    )
+    .bind(home)
 }
 
 #[cfg(test)]
@@ -294,6 +314,24 @@ mod tests {
             opened: vec![kept],
             ..SessionChanges::default()
         }
+    }
+
+    #[tokio::test]
+    async fn a_home_is_heard_of_however_many_ask_for_something_else() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let mut others = Vec::new();
+        while let Ok(one) = tokio::time::timeout(std::time::Duration::from_millis(200), catalogue.pool.acquire()).await
+        {
+            others.push(one.unwrap());
+        }
+        assert!(others.len() > 1, "all connections are taken");
+        assert_eq!(catalogue.beat_home("here").await.unwrap().beats, 1);
+        assert_eq!(catalogue.session_homes().await.unwrap().len(), 1);
+        assert_eq!(catalogue.take_sessions(&[], "there").await.unwrap(), []);
+        assert_eq!(catalogue.renew_jobs("worker", 30).await.unwrap(), []);
+        catalogue.requeue_forsaken_jobs().await.unwrap();
+        assert!(!catalogue.end_job(("job", "worker"), "done", None, None).await.unwrap());
     }
 
     async fn kept(catalogue: &Catalogue) -> Option<HousedSession> {
@@ -330,7 +368,8 @@ mod tests {
         assert_eq!(before.kept, opened(7).opened[0]);
 
         assert_eq!(before.beats, heard);
-        assert_eq!(catalogue.beat_home("a").await.unwrap(), 0);
+        let beat = catalogue.beat_home("a").await.unwrap();
+        assert_eq!((beat.beats, beat.robbed), (heard + 1, 0));
         let take = async |from, to| {
             let takings = [taking(7, from), taking(8, from)];
             let taken = catalogue.take_sessions(&takings, to).await.unwrap();
@@ -347,11 +386,12 @@ mod tests {
             after,
             HousedSession {
                 home: ["b", "c", "d"][taken.iter().position(Option::is_some).unwrap()].into(),
-                beats: 1,
+                beats: after.beats,
                 ..before
             }
         );
         assert_eq!(take((&home, 0), &home).await, Some(2), "its own again");
+        let after = kept(&catalogue).await;
 
         // Who has lost it changes nothing of it, and hears that.
         let ends = SessionChanges {
@@ -360,8 +400,9 @@ mod tests {
             ..SessionChanges::default()
         };
         catalogue.keep_sessions("a", &ends).await.unwrap();
-        assert_eq!(kept(&catalogue).await, Some(after));
-        assert_eq!(catalogue.beat_home("a").await.unwrap(), 1, "one was taken, once");
+        assert_eq!(kept(&catalogue).await, after);
+        let beat = catalogue.beat_home("a").await.unwrap();
+        assert_eq!(beat.robbed, 1, "one was taken, once");
         assert!(catalogue.sessions_at("a").await.unwrap().is_empty());
         assert_eq!(catalogue.sessions_at(&home).await.unwrap(), [7].into());
         catalogue.keep_sessions(&home, &ends).await.unwrap();
@@ -380,6 +421,27 @@ mod tests {
         assert!(kept(&catalogue).await.is_some());
         catalogue.forget_home("a", heard).await.unwrap();
         assert_eq!(kept(&catalogue).await, None);
+        let beat = catalogue.beat_home("a").await.unwrap();
+        assert!(beat.beats <= heard, "it hears that it was forgotten");
+    }
+
+    #[tokio::test]
+    async fn a_home_that_was_silent_keeps_the_sessions_that_it_gets() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        for home in ["a", "c"] {
+            catalogue.beat_home(home).await.unwrap();
+        }
+        // Nobody is there for a long time, and nothing says that the homes are.
+        let silent = ("a", beats(&catalogue, "a").await);
+        catalogue.keep_sessions("a", &opened(7)).await.unwrap();
+        let takes = [taking(7, silent)];
+        assert_eq!(catalogue.take_sessions(&takes, "b").await.unwrap(), [None]);
+        let silent = ("c", beats(&catalogue, "c").await);
+        let takes = [taking(7, ("a", beats(&catalogue, "a").await))];
+        assert_eq!(catalogue.take_sessions(&takes, "c").await.unwrap(), [Some(1)]);
+        let takes = [taking(7, silent)];
+        assert_eq!(catalogue.take_sessions(&takes, "b").await.unwrap(), [None]);
     }
 
     #[tokio::test]

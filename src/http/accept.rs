@@ -137,7 +137,7 @@ pub async fn serve_connections(
                 shared: shared.clone(),
             };
             let open = front.state().metrics.connection();
-            let cut = cutting.heard();
+            let mut cut = cutting.heard();
             // The permit last: whoever is let in by it finds the place free and the file closed.
             let held = (place, open, permit);
             // Without it small answers wait for the peer's delayed acknowledgements.
@@ -166,12 +166,11 @@ pub async fn serve_connections(
             };
             let (going_on, elsewhere) = (tasks.clone(), elsewhere.clone());
             let answering = async move {
-                let again = cut.again();
-                let left = attend(running, cut).await;
+                let left = attend(running, &mut cut).await;
                 drop(load_here);
                 if let Some(left) = left {
                     let left = async move {
-                        attend(left, again).await;
+                        attend(left, &mut cut).await;
                         drop((load_elsewhere, held));
                     };
                     going_on.spawn_on(left, &elsewhere);
@@ -256,7 +255,7 @@ enum GoesOn {
 type Running = Pin<Box<dyn Future<Output = GoesOn> + Send>>;
 
 /// Goes on with a connection until it is over or is cut, or the rest that this gives is to be gone on with elsewhere.
-async fn attend(mut running: Running, mut cut: Heard) -> Option<Running> {
+async fn attend(mut running: Running, cut: &mut Heard) -> Option<Running> {
     poll_fn(|cx| {
         loop {
             match running.as_mut().poll(cx) {

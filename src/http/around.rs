@@ -59,16 +59,23 @@ pub(super) async fn around(State(state): State<AppState>, mut request: Request, 
     let span = request.extensions_mut().remove::<RequestSpan>();
     let scene = span.as_ref().and_then(|_| scene_in(route, uri.path()));
     let link: Option<Link> = request.extensions().get().cloned();
+    let peer: Option<Peer> = request.extensions().get().cloned();
     let by_key = owner::key_shown(request.headers()).is_some();
     let mut response = match refused(&request) {
         Some(error) => error.into_response(),
         None if is_preflight(&request) => cors::preflight(),
-        None if let Err(error) = paced(&state, &request, route) => error.into_response(),
+        None if let Err(error) = paced(&state, peer.as_ref(), route) => error.into_response(),
         None if matches!(link, Some(Link::Expired)) => ApiError::LinkExpired.into_response(),
         // An upload has its own measure of time.
         None if route == SCENE && method == Method::PUT => next.run(request).await,
         None => answered(next.run(request), state.limits.timeout).await,
     };
+    if route == IMMUTABLE_OBJECT
+        && response.status() == StatusCode::NOT_FOUND
+        && let Some(peer) = &peer
+    {
+        state.pace.no_object(peer);
+    }
     let problem = response.extensions_mut().remove::<Problem>();
     if let Some(problem) = &problem {
         write_problem(&mut response, problem, &uri);
@@ -177,10 +184,11 @@ fn names_its_host<B>(request: &axum::http::Request<B>) -> bool {
     }
 }
 
-/// Objects are cheaper to answer than to count, and probes must not be held up.
-fn paced(state: &AppState, request: &Request, route: &str) -> Result<(), ApiError> {
-    let free = [IMMUTABLE_OBJECT, "/healthz", "/readyz", "/metrics"].contains(&route);
-    match request.extensions().get::<Peer>() {
+/// Objects that are there are cheaper to answer than to count, and probes must not be held up.
+fn paced(state: &AppState, peer: Option<&Peer>, route: &str) -> Result<(), ApiError> {
+    let free = ["/healthz", "/readyz", "/metrics"].contains(&route);
+    match peer {
+        Some(peer) if route == IMMUTABLE_OBJECT => state.pace.object(peer),
         Some(peer) if !free => state.pace.request(peer),
         _ => Ok(()),
     }

@@ -37,6 +37,7 @@ impl From<LiveError> for ApiError {
             LiveError::NotFound(what) => Self::NotFound(what),
             LiveError::Elsewhere(_) => Self::Misdirected(error.to_string()),
             LiveError::NoToken => Self::NoToken,
+            LiveError::NoOperator => Self::NoOperator,
             LiveError::WrongToken(whose) => Self::WrongToken(whose),
             LiveError::Refused(refusal) => refusal.into(),
             LiveError::Trajectory(ref error) => Self::bad_body(error.pointer(), error),
@@ -46,6 +47,8 @@ impl From<LiveError> for ApiError {
                 retry_s: retry_ms.unsigned_abs().div_ceil(1000).max(1),
             },
             LiveError::Full { .. } => Self::Full(error.to_string()),
+            LiveError::Behind | LiveError::Unreadable => Self::Unavailable(error.into()),
+            LiveError::Moved { current } => Self::RevisionMoved { current },
             LiveError::Stopped => Self::Stopping,
             LiveError::Unkept(cause) => Self::Unavailable(cause),
             LiveError::Read(error) => error.into(),
@@ -64,6 +67,7 @@ impl From<JobError> for ApiError {
             ),
             JobError::QuotaMet { .. } => Self::QuotaMet(error.to_string()),
             JobError::Full { .. } => Self::Full(error.to_string()),
+            JobError::Public(_) => Self::Conflict(error.to_string()),
             JobError::Internal(cause) => Self::Unavailable(cause),
         }
     }

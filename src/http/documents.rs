@@ -4,7 +4,7 @@ use axum::{
     http::{HeaderMap, HeaderValue, header},
     response::Response,
 };
-use belvedere_scene::SceneName;
+use belvedere_scene::{SceneName, bundle};
 
 use super::{error::ApiError, extract::Path, immutable::json_answer, visitor::Visitor};
 
@@ -29,6 +29,6 @@ pub(super) async fn scene(
 /// Where sessions in a scene are opened, and below which address many objects are answered at once. A static tree says
 /// nothing of the kind, so clients need not try.
 fn offers(scene: &SceneName) -> HeaderValue {
-    let offers = format!("</v1/scenes/{scene}/sessions>; rel=\"sessions\", </o/bundle/>; rel=\"bundles\"");
+    let offers = format!("</v1/scenes/{scene}/sessions>; rel=\"sessions\", {}", bundle::OFFER);
     HeaderValue::try_from(offers).expect("a scene's name is letters, digits and dashes")
 }

@@ -35,11 +35,11 @@ impl Ending {
         wakers.into_iter().for_each(Waker::wake);
     }
 
-    /// For one task, which is woken.
+    /// For one who waits, and is woken.
     pub(super) fn heard(&self) -> Heard {
         Heard {
             ending: self.clone(),
-            place: None,
+            waits: None,
         }
     }
 
@@ -48,12 +48,12 @@ impl Ending {
     }
 }
 
-/// Whether one task has heard it.
+/// Whether it was heard, by whichever task asks.
 #[derive(Debug)]
 pub(super) struct Heard {
     ending: Ending,
-    /// Of its waker.
-    place: Option<usize>,
+    /// The task that asked last, and the place of its waker.
+    waits: Option<(Waker, usize)>,
 }
 
 impl Heard {
@@ -61,23 +61,31 @@ impl Heard {
         self.ending.0.given.load(Ordering::Acquire)
     }
 
-    /// For the same task, when this one is about to be dropped or is not asked again.
+    /// For another who waits beside this one.
     pub(super) fn again(&self) -> Self {
         self.ending.heard()
     }
 
-    /// Ready when it was said. The task of the first call is woken then, so it must be the same one that calls again.
+    /// Ready when it was said. The task that asked last is woken then.
     pub(super) fn poll(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-        if self.place.is_none() {
-            self.place = Some(self.ending.waiting().add(cx.waker()));
+        let asked_before = matches!(&self.waits, Some((waker, _)) if waker.will_wake(cx.waker()));
+        if !asked_before {
+            self.wait(cx.waker());
         }
         if self.given() { Poll::Ready(()) } else { Poll::Pending }
+    }
+
+    #[cold]
+    fn wait(&mut self, waker: &Waker) {
+        let place = self.waits.take().map(|(_, place)| place);
+        let place = self.ending.waiting().put(place, waker);
+        self.waits = Some((waker.clone(), place));
     }
 }
 
 impl Drop for Heard {
     fn drop(&mut self) {
-        if let Some(place) = self.place {
+        if let Some((_, place)) = self.waits {
             let mut waiting = self.ending.waiting();
             waiting.wakers[place] = None;
             waiting.free.push(place);
@@ -86,8 +94,9 @@ impl Drop for Heard {
 }
 
 impl Waiting {
-    fn add(&mut self, waker: &Waker) -> usize {
-        let place = self.free.pop().unwrap_or_else(|| {
+    /// Puts a waker in a place, or in a free one.
+    fn put(&mut self, place: Option<usize>, waker: &Waker) -> usize {
+        let place = place.or_else(|| self.free.pop()).unwrap_or_else(|| {
             self.wakers.push(None);
             self.wakers.len() - 1
         });
@@ -135,5 +144,31 @@ mod tests {
         assert_eq!(ending.waiting().free.len(), 2, "there is room for others");
         assert!(late.given());
         poll_fn(|cx| late.poll(cx)).await;
+    }
+    #[tokio::test]
+    async fn who_goes_on_elsewhere_is_woken_there() {
+        let ending = Ending::default();
+        let mut heard = ending.heard();
+        let first = tokio::spawn(async move {
+            poll_fn(|cx| {
+                assert!(heard.poll(cx).is_pending());
+                Poll::Ready(())
+            })
+            .await;
+            heard
+        });
+        let mut heard = first.await.unwrap();
+        let second = tokio::spawn(async move {
+            poll_fn(|cx| heard.poll(cx)).await;
+            heard
+        });
+        tokio::task::yield_now().await;
+        assert!(!second.is_finished());
+        ending.give();
+        let woken = tokio::time::timeout(Duration::from_secs(20), second).await;
+        let heard = woken.expect("the task that waits now is not woken").unwrap();
+        assert_eq!(ending.waiting().wakers.len(), 1, "it has one place");
+        drop(heard);
+        assert_eq!(ending.waiting().free.len(), 1);
     }
 }

@@ -23,7 +23,7 @@ pub enum ApiError {
     /// A path segment or the query cannot be read.
     BadRequest {
         /// The query parameter, when it was one.
-        parameter: Option<&'static str>,
+        parameter: Option<Cow<'static, str>>,
         /// What is wrong and what would be right.
         detail: String,
     },
@@ -54,12 +54,14 @@ pub enum ApiError {
     },
     /// No token was shown.
     NoToken,
+    /// No token was shown where only the operator's will do.
+    NoOperator,
     /// What was shown is no token; where, if it was in a body.
     BadToken {
         /// A JSON pointer to it.
         pointer: Option<&'static str>,
     },
-    /// The token is that of somebody else; of whom it is not.
+    /// The token is another one; of whom it is not.
     WrongToken(String),
     /// A writing route was asked for without an API key.
     NoKey,
@@ -126,7 +128,7 @@ pub(super) struct Problem {
     pub(super) kind: &'static str,
     pub(super) title: &'static str,
     pub(super) detail: String,
-    pub(super) parameter: Option<&'static str>,
+    pub(super) parameter: Option<Cow<'static, str>>,
     pub(super) pointer: Option<Cow<'static, str>>,
     pub(super) cause: Option<Arc<anyhow::Error>>,
 }
@@ -153,7 +155,7 @@ impl Problem {
             status: self.status.as_u16(),
             detail: &self.detail,
             instance,
-            parameter: self.parameter,
+            parameter: self.parameter.as_deref(),
             pointer: self.pointer.as_deref(),
         };
         serde_json::to_vec(&document).expect("a problem holds nothing that JSON cannot say")
@@ -170,9 +172,9 @@ impl ApiError {
     }
 
     /// A query parameter that cannot be read.
-    pub(super) fn bad_query(parameter: &'static str, detail: impl ToString) -> Self {
+    pub(super) fn bad_query(parameter: impl Into<Cow<'static, str>>, detail: impl ToString) -> Self {
         Self::BadRequest {
-            parameter: Some(parameter),
+            parameter: Some(parameter.into()),
             detail: detail.to_string(),
         }
     }
@@ -235,7 +237,7 @@ impl ApiError {
                 S::CONFLICT,
                 "revision-moved",
                 "The scene has a new revision",
-                format!("the scene is now at revision {current}; start again from its first page"),
+                format!("the scene is now at revision {current}; start again with that one"),
             ),
             Self::PreconditionFailed => (
                 S::PRECONDITION_FAILED,
@@ -256,6 +258,13 @@ impl ApiError {
                 "send the token that came with the session or mover as `Authorization: Bearer`, or as `?token=`; a session's may come in the cookie `belvedere_token` from pages of this origin"
                     .to_owned(),
             ),
+            Self::NoOperator => (
+                S::UNAUTHORIZED,
+                "no-token",
+                "A token is needed",
+                "only the operator makes persistent movers here; send the token that the server was started with as `--operator-token`"
+                    .to_owned(),
+            ),
             Self::BadToken { .. } => (
                 S::UNAUTHORIZED,
                 "bad-token",
@@ -266,7 +275,7 @@ impl ApiError {
             Self::WrongToken(whose) => (
                 S::FORBIDDEN,
                 "wrong-token",
-                "The token is that of somebody else",
+                "The token is another one",
                 format!("it is not that of {whose}"),
             ),
             Self::NoKey => (
@@ -375,7 +384,7 @@ impl ApiError {
             ),
         };
         let parameter = match &self {
-            Self::BadRequest { parameter, .. } => *parameter,
+            Self::BadRequest { parameter, .. } => parameter.clone(),
             _ => None,
         };
         let pointer = match &self {
@@ -413,7 +422,7 @@ impl IntoResponse for ApiError {
         };
         let unauthorized = matches!(
             self,
-            Self::NoToken | Self::BadToken { .. } | Self::NoKey | Self::WrongKey
+            Self::NoToken | Self::NoOperator | Self::BadToken { .. } | Self::NoKey | Self::WrongKey
         );
         let varies = matches!(
             self,

@@ -11,7 +11,7 @@ use belvedere_scene::{Bounds, ObjectId, Revision};
 use percent_encoding::percent_decode_str;
 
 use super::{error::ApiError, owner};
-use crate::live::Token;
+use crate::{live::Token, spelling};
 
 /// The token that a request shows: `Authorization: Bearer …`, or `?token=…` for readers that cannot set headers.
 #[derive(Debug)]
@@ -82,7 +82,8 @@ pub(super) enum Form {
     Plain,
 }
 
-/// The query's parameters, decoded. Unknown ones are ignored; a known one that comes twice is an error.
+/// The query's parameters, decoded. A known one that comes twice is an error; unknown ones are ignored, but where
+/// [`Query::only`] is asked.
 #[derive(Debug)]
 pub(super) struct Query(Vec<(String, String)>);
 
@@ -174,6 +175,24 @@ impl Query {
     pub(super) fn given(&self, name: &str) -> &str {
         let found = self.0.iter().find(|(n, _)| n == name);
         found.map_or("", |(_, value)| value)
+    }
+
+    /// Refuses whatever is none of these, or comes twice.
+    pub(super) fn only(&self, known: &[&'static str]) -> Result<(), ApiError> {
+        for name in known {
+            self.text(name)?;
+        }
+        let Some((strange, _)) = self.0.iter().find(|(name, _)| !known.contains(&name.as_str())) else {
+            return Ok(());
+        };
+        let nearest = spelling::nearest_of(&strange.to_ascii_lowercase(), known.iter().copied(), strange.len());
+        let meant = match nearest {
+            Some(nearest) => format!("did you mean `{nearest}`?"),
+            None => format!("there are `{}`", known.join("`, `")),
+        };
+        let strange = shortened(strange, MOST_ECHOED);
+        let detail = format!("there is no parameter `{strange}`; {meant}");
+        Err(ApiError::bad_query(strange, detail))
     }
 
     /// How many entries a page may have.

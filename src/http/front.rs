@@ -12,6 +12,7 @@ use axum::{
     http::{Method, Request, StatusCode, header},
     response::Response,
 };
+use belvedere_scene::bundle;
 use bytes::Bytes;
 use http_body_util::Either;
 use tokio::{runtime::Handle, task::JoinError};
@@ -21,7 +22,7 @@ use tower::ServiceExt;
 use super::{
     AppState, around,
     blob_body::BlobBody,
-    bundle::{self, Bundle},
+    bundle::{Bundle, bundle_in_memory},
     direct::{Ready, Simple},
     fields::Fields,
     immutable::{self, BlobResponse, Chosen},
@@ -141,7 +142,7 @@ impl Front {
     }
 
     fn bundle(&self, asked: (&Method, &str), fields: &impl Fields, peer: &Peer) -> Option<Bundle> {
-        let bundle = bundle::bundle_in_memory(&self.0.state, asked, fields)?;
+        let bundle = bundle_in_memory(&self.0.state, asked, fields)?;
         // Who asks too often is told so by the router.
         self.0.state.pace.request(peer).ok()?;
         Some(bundle)

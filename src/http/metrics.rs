@@ -1,6 +1,7 @@
 //! What has the server been doing? Prometheus text at `/metrics`.
 
 mod durations;
+mod meeting;
 mod states;
 
 use std::{
@@ -29,6 +30,7 @@ use prometheus_client::{
 
 use self::{
     durations::Durations,
+    meeting::{LiveMetrics, NodeMetrics},
     states::{JobMetrics, SpanMetrics},
 };
 use super::{
@@ -36,7 +38,7 @@ use super::{
     error::ApiError,
     routes::{BUNDLE, IMMUTABLE_OBJECT},
 };
-use crate::{live::LiveCounts, spread::Spread};
+use crate::spread::Spread;
 
 /// Counters of one server. Cheap to clone.
 #[derive(Clone)]
@@ -54,11 +56,14 @@ struct Inner {
     cache_hits: Counter,
     cache_misses: Counter,
     variants_damaged: Counter,
+    blobs_missing: Counter,
     cache_bytes: Gauge,
     connections: Gauge,
     connections_refused: Counter,
     catalogue_up: Gauge,
     live: LiveMetrics,
+    /// Where there may be other nodes.
+    nodes: Option<NodeMetrics>,
     jobs: JobMetrics,
     spans: SpanMetrics,
 }
@@ -78,121 +83,6 @@ impl counter::Atomic<u64> for Spread<AtomicU64> {
 
     fn get(&self) -> u64 {
         self.sum()
-    }
-}
-
-/// Of live sessions.
-#[derive(Default)]
-struct LiveMetrics {
-    sessions: Gauge,
-    movers: Gauge,
-    hushed: Gauge,
-    events: Counter,
-    at_once: Counter,
-    resyncs: Counter,
-    floods: Counter,
-    expired: Counter,
-    taken_up: Counter,
-    quality_sessions: Gauge,
-    quality_mean: Gauge<f64, AtomicU64>,
-    quality_worst: Gauge<f64, AtomicU64>,
-    abroad: Gauge,
-    connected: Gauge,
-    others: Gauge,
-    sent: Counter,
-    sent_bytes: Counter,
-    heard: Counter,
-    dropped: Counter,
-}
-
-impl LiveMetrics {
-    fn register(&self, registry: &mut Registry) {
-        let gauges = [
-            ("live_sessions", "Open sessions", &self.sessions),
-            ("live_movers", "Movers, avatars included", &self.movers),
-            (
-                "live_hushed_movers",
-                "Movers that nobody may see, which cost nothing",
-                &self.hushed,
-            ),
-            (
-                "live_remote_movers",
-                "Movers of other nodes that may be seen here",
-                &self.abroad,
-            ),
-            (
-                "live_quality_sessions",
-                "Sessions that say how much of what they see they have downloaded",
-                &self.quality_sessions,
-            ),
-            ("node_connected", "Whether NATS answers", &self.connected),
-            ("node_others", "Other nodes, in the scene with most", &self.others),
-        ];
-        for (name, help, gauge) in gauges {
-            registry.register(name, help, gauge.clone());
-        }
-        for (name, help, gauge) in [
-            (
-                "live_quality_mean",
-                "What they have of what they see, mean",
-                &self.quality_mean,
-            ),
-            ("live_quality_worst", "The same, of who has least", &self.quality_worst),
-        ] {
-            registry.register(name, help, gauge.clone());
-        }
-        let counters = [
-            ("live_events", "Events for sessions", &self.events),
-            (
-                "live_events_at_once",
-                "Events written into connections without waking their tasks",
-                &self.at_once,
-            ),
-            ("live_resyncs", "Readers that had missed too much", &self.resyncs),
-            ("live_floods", "Poses that came too fast", &self.floods),
-            ("live_expired_sessions", "Sessions whose lease ran out", &self.expired),
-            (
-                "live_taken_up_sessions",
-                "Sessions that came here when their server was gone",
-                &self.taken_up,
-            ),
-            ("node_sent", "Messages to other nodes", &self.sent),
-            ("node_sent_bytes", "Bytes of messages to other nodes", &self.sent_bytes),
-            ("node_heard", "Messages of other nodes", &self.heard),
-            (
-                "node_dropped",
-                "Messages to other nodes that could not wait",
-                &self.dropped,
-            ),
-        ];
-        for (name, help, counter) in counters {
-            registry.register(name, help, counter.clone());
-        }
-    }
-
-    fn set(&self, counts: &LiveCounts) {
-        let gauge = |gauge: &Gauge, value: usize| gauge.set(i64::try_from(value).unwrap_or(i64::MAX));
-        gauge(&self.sessions, counts.now.sessions);
-        gauge(&self.movers, counts.now.movers);
-        gauge(&self.hushed, counts.now.hushed);
-        let counter = |counter: &Counter, value| counter.inner().store(value, Ordering::Relaxed);
-        counter(&self.events, counts.events);
-        counter(&self.at_once, counts.at_once);
-        counter(&self.resyncs, counts.resyncs);
-        counter(&self.floods, counts.floods);
-        counter(&self.expired, counts.expired);
-        counter(&self.taken_up, counts.taken_up);
-        gauge(&self.quality_sessions, counts.quality.sessions);
-        self.quality_mean.set(counts.quality.mean);
-        self.quality_worst.set(counts.quality.worst);
-        gauge(&self.abroad, counts.now.abroad);
-        let nodes = counts.nodes.unwrap_or_default();
-        gauge(&self.connected, usize::from(nodes.connected));
-        gauge(&self.others, nodes.others);
-        counter(&self.sent, nodes.sent);
-        counter(&self.sent_bytes, nodes.sent_bytes);
-        counter(&self.heard, nodes.heard);
-        counter(&self.dropped, nodes.dropped);
     }
 }
 
@@ -221,15 +111,17 @@ impl fmt::Debug for Metrics {
     }
 }
 
-impl Default for Metrics {
-    fn default() -> Self {
+impl Metrics {
+    /// Counters of a server; of its dealings with others only where it is a node among them.
+    #[must_use]
+    pub fn new(among_nodes: bool) -> Self {
         let mut registry = Registry::with_prefix("belvedere");
         let requests = Family::<RequestLabels, SpreadCounter>::default();
         let seconds = Family::<RouteLabel, Durations>::default();
         let sent_bytes = SpreadCounter::default();
         let (cache_hits, cache_misses, variants_damaged) = (Counter::default(), Counter::default(), Counter::default());
         let (cache_bytes, connections, catalogue_up) = (Gauge::default(), Gauge::default(), Gauge::default());
-        let connections_refused = Counter::default();
+        let (connections_refused, blobs_missing) = (Counter::default(), Counter::default());
         registry.register(
             "http_requests",
             "Requests by route template and status",
@@ -253,6 +145,11 @@ impl Default for Metrics {
             "Content-coded forms of blobs that were found damaged, each once; the blobs are served in their other forms",
             variants_damaged.clone(),
         );
+        registry.register(
+            "blobs_missing",
+            "Blobs of current revisions that were asked for and not in the store; one a second is looked up",
+            blobs_missing.clone(),
+        );
         registry.register("blob_cache_bytes", "Bytes of blobs in memory", cache_bytes.clone());
         registry.register("http_connections", "Open connections", connections.clone());
         registry.register(
@@ -267,6 +164,10 @@ impl Default for Metrics {
         );
         let live = LiveMetrics::default();
         live.register(&mut registry);
+        let nodes = among_nodes.then(NodeMetrics::default);
+        if let Some(nodes) = &nodes {
+            nodes.register(&mut registry);
+        }
         let jobs = JobMetrics::default();
         jobs.register(&mut registry);
         let spans = SpanMetrics::default();
@@ -292,11 +193,13 @@ impl Default for Metrics {
                 cache_hits,
                 cache_misses,
                 variants_damaged,
+                blobs_missing,
                 cache_bytes,
                 connections,
                 connections_refused,
                 catalogue_up,
                 live,
+                nodes,
                 jobs,
                 spans,
             }),
@@ -315,6 +218,16 @@ impl Drop for OpenConnection {
 }
 
 impl Metrics {
+    /// What was counted, as OpenMetrics text.
+    ///
+    /// # Errors
+    /// Never, unless memory cannot be written to.
+    pub fn text(&self) -> Result<String, fmt::Error> {
+        let mut text = String::new();
+        encode(&mut text, &self.inner.registry)?;
+        Ok(text)
+    }
+
     pub(super) fn connection(&self) -> OpenConnection {
         self.inner.connections.inc();
         OpenConnection(self.inner.connections.clone())
@@ -365,17 +278,23 @@ pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
     inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
     let damaged = cache.damaged_variants;
     inner.variants_damaged.inner().store(damaged, Ordering::Relaxed);
+    inner
+        .blobs_missing
+        .inner()
+        .store(state.missing.found(), Ordering::Relaxed);
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
     let up = state.publications.up_to_date() && state.catalogue.try_writing();
     inner.catalogue_up.set(up.into());
-    inner.live.set(&state.live.counts());
+    let live = state.live.counts();
+    inner.live.set(&live);
+    if let Some(nodes) = &inner.nodes {
+        nodes.set(&live);
+    }
     inner.jobs.set(&state.jobs.counts());
     if let Some(counts) = state.traces.counts() {
         inner.spans.set(counts);
     }
-    let mut text = String::new();
-    encode(&mut text, &inner.registry)?;
-    Ok(text)
+    state.metrics.text()
 }
 
 /// `GET /metrics`.

@@ -44,6 +44,7 @@ mod immutable;
 mod links;
 mod live;
 mod metrics;
+mod missing;
 mod momentary;
 mod negotiate;
 mod openapi;
@@ -69,7 +70,9 @@ use std::time::Duration;
 use axum::extract::FromRef;
 
 pub use error::ApiError;
+pub use health::Readiness;
 pub use metrics::{Metrics, metrics_text};
+pub use missing::MissingObjects;
 pub use openapi::OPENAPI_JSON;
 pub use pace::Pace;
 pub use policy::{NotAnOrigin, Origin, PagePolicy};
@@ -86,8 +89,10 @@ pub struct AppState {
     pub publications: Publications,
     /// Immutable objects.
     pub blobs: BlobStore,
-    /// Asked by `/readyz` and rollbacks.
+    /// Asked by `/readyz`, rollbacks, and about objects that are missing.
     pub catalogue: Catalogue,
+    /// Objects that are published and not there.
+    pub missing: MissingObjects,
     /// Who may publish.
     pub keys: Keys,
     /// What is on its way to being published.
@@ -96,6 +101,8 @@ pub struct AppState {
     pub pace: Pace,
     /// Who is there.
     pub live: Live,
+    /// Whether the server can do its work.
+    pub readiness: Readiness,
     /// Counters.
     pub metrics: Metrics,
     /// Where spans go.

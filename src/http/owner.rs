@@ -39,12 +39,18 @@ pub(super) fn key_shown(headers: &HeaderMap) -> Option<&str> {
 /// What a key grants. An address that shows wrong ones is held up.
 pub(super) async fn grant(state: &AppState, peer: Option<&Peer>, shown: Option<&str>) -> Result<Grant, ApiError> {
     let key: Option<ApiKey> = shown.and_then(|text| text.parse().ok());
+    let pace = Pace::from_ref(state);
     let grant = match key {
-        Some(key) => Keys::from_ref(state).grant(&key).await.map_err(ApiError::Unavailable)?,
+        Some(key) => {
+            let _turn = pace.turn(peer).await;
+            Keys::from_ref(state).grant(&key).await.map_err(ApiError::Unavailable)?
+        }
         None => None,
     };
-    if let (None, Some(peer)) = (&grant, peer) {
-        Pace::from_ref(state).wrong_key(peer)?;
+    match (&grant, peer) {
+        (None, Some(peer)) => pace.wrong_key(peer)?,
+        (Some(_), Some(peer)) => pace.right_key(peer),
+        (_, None) => {}
     }
     grant.ok_or(ApiError::WrongKey)
 }

@@ -14,6 +14,7 @@ use bytes::Bytes;
 use serde::Serialize;
 
 use super::{
+    conditional::{self, Verdict},
     error::ApiError,
     extract::{Form, Path, Query},
     immutable::{self, BlobResponse, Life, current_answer, json_answer},
@@ -179,12 +180,17 @@ pub(super) async fn level(
 async fn plain(blobs: &BlobStore, on_line: OnLine, name: &BlobName, headers: &HeaderMap) -> Result<Response, ApiError> {
     // From the route of a level to `/o/`, wherever the tree is mounted.
     const PICTURES: &str = "../../../../../../o/";
+    const PLAIN: &str = "model/gltf-binary";
+    let etag = Bytes::from(format!("\"{}-plain-{}\"", name.hash(), env!("CARGO_PKG_VERSION")));
+    if conditional::evaluate(headers, &etag) != Verdict::Proceed {
+        // Who has it needs none.
+        return current_answer(headers, etag, PLAIN, Bytes::new());
+    }
     let published = blobs.get(name).await?;
     let published = published.ok_or_else(|| ReadError::Missing(name.clone()))?;
     let plain = on_line.run(move || glb::plain(&published, PICTURES)).await?;
     let plain = plain.map_err(|e| ApiError::Internal(anyhow::Error::new(e).context(format!("blob {name}"))))?;
-    let etag = format!("\"{}-plain-{}\"", name.hash(), env!("CARGO_PKG_VERSION"));
-    current_answer(headers, Bytes::from(etag), "model/gltf-binary", Bytes::from(plain))
+    current_answer(headers, etag, PLAIN, Bytes::from(plain))
 }
 
 async fn blob(blobs: &BlobStore, name: &BlobName, method: &Method, headers: &HeaderMap) -> Result<Response, ApiError> {

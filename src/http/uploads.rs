@@ -25,9 +25,10 @@ use super::{
     peer::Peer,
 };
 use crate::{
-    jobs::{Job, JobId, Jobs, Source, Upload},
+    jobs::{Job, JobError, JobId, Jobs, Source, Upload},
     keys::Scope,
     links::LinkKey,
+    publish::MOST_TITLE_BYTES,
 };
 
 /// An upload may take this long, and a second more for each KiB.
@@ -35,7 +36,6 @@ const HEAD_START: Duration = Duration::from_secs(60);
 const LEAST_BYTES_PER_S: u64 = 1 << 10;
 /// Between two signs of life of a stream.
 const BEAT: Duration = Duration::from_secs(15);
-const MAX_TITLE_BYTES: usize = 200;
 
 #[derive(Serialize)]
 struct Told {
@@ -65,12 +65,10 @@ pub(super) async fn upload(
     request: Request,
 ) -> Result<Response, ApiError> {
     let grant = owner.may(Scope::Publish, &scene)?;
-    let (source, private) = (source(&query)?, private(&query)?);
+    let source = source(&query)?;
     let current = state.publications.current();
-    if private && current.scenes.contains_key(&scene) && !current.privacy.is_private(&scene) {
-        return Err(ApiError::Conflict(format!(
-            "scene `{scene}` is published for everybody; whoever runs the server hides it: belvedere private {scene}"
-        )));
+    if source.link_key.is_some() && current.scenes.contains_key(&scene) && !current.privacy.is_private(&scene) {
+        return Err(JobError::Public(scene).into());
     }
     plain(request.headers())?;
     let announced = request
@@ -86,11 +84,6 @@ pub(super) async fn upload(
     if let Some(time) = &mut time {
         time.all_here();
     }
-    if private {
-        let key = LinkKey::random().map_err(ApiError::Internal)?;
-        let made = state.catalogue.make_private(&scene, key.secret()).await;
-        made.map_err(ApiError::Unavailable)?;
-    }
     let job = Told::from(upload.finish().await?);
     let location = HeaderValue::try_from(&job.url).expect("a job's name is hex digits");
     let mut response = now(StatusCode::ACCEPTED, &job);
@@ -98,13 +91,15 @@ pub(super) async fn upload(
     Ok(response)
 }
 
-/// What the query says of the source.
+/// What the query says of the source. What it says besides would do nothing, and the scene might be seen by everybody where
+/// that was to be otherwise.
 fn source(query: &Query) -> Result<Source, ApiError> {
+    query.only(&["title", "format", "private"])?;
     let title = match query.given("title") {
         "" => None,
-        title if title.len() <= MAX_TITLE_BYTES && !title.chars().any(char::is_control) => Some(title.to_owned()),
+        title if title.len() <= MOST_TITLE_BYTES && !title.chars().any(char::is_control) => Some(title.to_owned()),
         _ => {
-            let detail = format!("a title has at most {MAX_TITLE_BYTES} bytes, none of them a control character");
+            let detail = format!("a title has at most {MOST_TITLE_BYTES} bytes, none of them a control character");
             return Err(ApiError::bad_query("title", detail));
         }
     };
@@ -115,7 +110,17 @@ fn source(query: &Query) -> Result<Source, ApiError> {
             Some(text.parse().map_err(wrong)?)
         }
     };
-    Ok(Source { title, format })
+    let link_key = if private(query)? {
+        let key = LinkKey::random().map_err(ApiError::Internal)?;
+        Some(key.secret().clone())
+    } else {
+        None
+    };
+    Ok(Source {
+        title,
+        format,
+        link_key,
+    })
 }
 
 /// Whether the scene shall be private from before it is baked on.

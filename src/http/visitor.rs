@@ -79,7 +79,7 @@ impl Visitor {
     ) -> Result<Option<Arc<Representations>>, ApiError> {
         // Asked first: strangers are told nothing of the store either.
         if self.may_read(blob).await? {
-            Ok(self.state.blobs.forms(blob, wished).await?)
+            Ok(self.or_missing(blob, self.state.blobs.forms(blob, wished).await?))
         } else {
             Ok(None)
         }
@@ -88,10 +88,18 @@ impl Visitor {
     /// The bytes of the same.
     pub(super) async fn identity(&self, blob: &BlobName) -> Result<Option<Bytes>, ApiError> {
         if self.may_read(blob).await? {
-            Ok(self.state.blobs.get(blob).await?)
+            Ok(self.or_missing(blob, self.state.blobs.get(blob).await?))
         } else {
             Ok(None)
         }
+    }
+
+    /// Takes note of what the store does not have.
+    fn or_missing<T>(&self, blob: &BlobName, stored: Option<T>) -> Option<T> {
+        if stored.is_none() {
+            self.state.missing.note(&self.state.catalogue, blob);
+        }
+        stored
     }
 
     /// Where objects are.
@@ -100,7 +108,7 @@ impl Visitor {
     }
 
     async fn may_read(&self, blob: &BlobName) -> Result<bool, ApiError> {
-        let privacy = self.state.publications.current().privacy.clone();
+        let privacy = self.state.publications.privacy().await;
         if privacy.is_public(blob) || privacy.private_scenes_with(blob).any(|scene| self.came_to(scene)) {
             return Ok(true);
         }
@@ -142,9 +150,11 @@ impl Visitor {
                 Some(link) => link.holds(&self.state.publications),
                 None => true,
             };
-            // Of a key nobody remembers what it granted.
+            // Of a key nobody remembers what it granted. It is no guess, so other wrong ones of the same address do not count: they
+            // would keep the answer from being that it is revoked.
             let again = Self {
                 granted: OnceCell::new(),
+                peer: None,
                 ..self.clone()
             };
             // A catalogue that does not answer refuses nobody. Boxed: it takes no room while nothing has changed.

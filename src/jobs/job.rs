@@ -163,12 +163,18 @@ pub struct Job {
 impl Job {
     pub(super) fn read(stored: &StoredJob) -> anyhow::Result<Self> {
         let report: Option<Value> = stored.report.as_deref().map(serde_json::from_str).transpose()?;
+        let state = serde_json::from_value(Value::String(stored.state.clone()))?;
+        // Another version may say it differently.
+        let progress = stored
+            .progress
+            .as_deref()
+            .and_then(|said| serde_json::from_str(said).ok());
         Ok(Self {
             job: stored.job.parse()?,
             scene: stored.scene.clone(),
             title: stored.title.clone(),
-            state: serde_json::from_value(Value::String(stored.state.clone()))?,
-            progress: None,
+            state,
+            progress: progress.filter(|_| state == State::Running),
             source_bytes: stored.source_bytes,
             created_at: stored.created_at.clone(),
             started_at: stored.started_at.clone(),

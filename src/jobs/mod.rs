@@ -13,6 +13,7 @@ mod child;
 mod job;
 mod queue;
 mod settings;
+mod tidying;
 mod upload;
 
 use std::{
@@ -75,6 +76,9 @@ pub enum JobError {
         /// How many may.
         most: u32,
     },
+    /// The scene was to be private.
+    #[error("scene `{0}` is published for everybody; whoever runs the server hides it: belvedere private {0}")]
+    Public(SceneName),
     /// The disk or the catalogue.
     #[error(transparent)]
     Internal(#[from] anyhow::Error),

@@ -1,4 +1,5 @@
-//! Which job is next, and whose is it? The oldest one whose scene nobody bakes, as long as fewer bakes run here than may.
+//! Which job is next, and whose is it? Of the oldest ones of each scene that nobody bakes that of the key that has had the fewest
+//! turns lately, as long as fewer bakes run here than may.
 //!
 //! One server works for a data folder: whoever holds `{data}/jobs.lock`, which also holds the worker's name. It begins with
 //! what it, or the one before it, has left: jobs that it was baking wait again. Workers of other folders that share the
@@ -6,11 +7,11 @@
 //! said so for [`LEASE_S`] waits again, and goes to another one.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeMap,
     fs::{File, TryLockError},
     io::{Read, Seek, Write},
     sync::{Arc, PoisonError, atomic::Ordering},
-    time::{Duration, SystemTime},
+    time::Duration,
 };
 
 use anyhow::Context;
@@ -25,18 +26,15 @@ use super::{
     Failure, Job, JobId, Jobs, LOOK_INTERVAL, Open, State,
     child::{self, Ended},
     job::random,
+    tidying,
 };
-use crate::folder;
+use crate::{db::in_time, folder};
 
 /// A job is its worker's for so long after it was last heard of.
 const LEASE_S: u32 = 30;
 const LEASE: Duration = Duration::from_secs(LEASE_S as u64);
 /// How long to wait when the catalogue or the store does not answer.
 const RETRY: Duration = Duration::from_secs(2);
-/// Jobs that ended so long ago are forgotten.
-const REMEMBERED_DAYS: u32 = 30;
-/// An upload without a job is a leftover when it has not grown for so long.
-const LEFTOVER: Duration = Duration::from_secs(3600);
 /// `w` and 128 random bits in hex.
 const NAME_LEN: usize = 33;
 /// A job that was interrupted so often, because servers ended meanwhile, had no room for it or did not reach where scenes are kept,
@@ -46,6 +44,14 @@ const MOST_INTERRUPTIONS: u32 = 5;
 const NO_ROOM: Duration = Duration::from_secs(5);
 
 pub(super) async fn work(jobs: Jobs) {
+    let stopping = jobs.inner.stopping.clone();
+    tokio::join!(
+        stopping.run_until_cancelled(tidying::tidy(&jobs)),
+        work_off(jobs.clone())
+    );
+}
+
+async fn work_off(jobs: Jobs) {
     let inner = &jobs.inner;
     if inner.settings.bakes == 0 {
         return;
@@ -152,21 +158,9 @@ impl Worker {
     /// Takes over what the server before has left.
     async fn recover(&mut self) {
         let catalogue = &self.jobs.inner.catalogue;
-        let taking_over = async || -> anyhow::Result<BTreeSet<String>> {
-            catalogue.requeue_jobs_of(&self.name).await?;
-            catalogue.forget_ended_jobs(REMEMBERED_DAYS).await?;
-            let unfinished = catalogue.unfinished_jobs().await?;
-            Ok(unfinished.into_iter().map(|stored| stored.job).collect())
-        };
-        let wanted = loop {
-            match taking_over().await {
-                Ok(wanted) => break wanted,
-                Err(error) => tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are"),
-            }
+        while let Err(error) = catalogue.requeue_jobs_of(&self.name).await {
+            tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are");
             tokio::time::sleep(RETRY).await;
-        };
-        if let Err(error) = remove_leftovers(&self.jobs, &wanted) {
-            tracing::warn!(%error, "cannot look for uploads that ended early");
         }
     }
 
@@ -178,7 +172,7 @@ impl Worker {
             claimed.as_ref().map(Job::read).transpose()
         };
         // One that was claimed without an answer is let go by the next renewal.
-        match in_time(claiming).await {
+        match in_time(LEASE, claiming).await {
             Ok(claimed) => {
                 let job = claimed?;
                 let open = Arc::new(Open {
@@ -201,7 +195,7 @@ impl Worker {
 
     /// Says that it is at work, and looks what became of its jobs and of those of others.
     async fn look(&mut self) {
-        match in_time(self.renew()).await {
+        match in_time(LEASE, self.renew()).await {
             Ok(()) if self.heard_since.is_none() => self.heard_since = Some(Instant::now()),
             Ok(()) => {}
             Err(error) => self.unheard(&error),
@@ -212,10 +206,11 @@ impl Worker {
         let inner = &self.jobs.inner;
         let ours = inner.catalogue.renew_jobs(&self.name, LEASE_S).await?;
         let mut ours: BTreeMap<_, _> = ours.into_iter().collect();
+        let mut told = Vec::new();
         for (id, open) in self.jobs.all_open() {
             match ours.remove(&id.to_string()) {
                 Some(true) => open.cancelled.cancel(),
-                Some(false) => {}
+                Some(false) => told.push((id, open)),
                 None => open.lost.cancel(),
             }
         }
@@ -230,7 +225,24 @@ impl Worker {
         }
         let waiting = inner.catalogue.waiting_jobs().await?;
         inner.waiting.store(usize::try_from(waiting)?, Ordering::Relaxed);
+        for (id, open) in told {
+            self.tell_progress(id, &open).await?;
+        }
         Ok(())
+    }
+
+    /// Keeps how far a bake is, for other servers.
+    async fn tell_progress(&self, id: JobId, open: &Open) -> anyhow::Result<()> {
+        let said = open
+            .now
+            .borrow()
+            .progress
+            .as_ref()
+            .map(serde_json::to_string)
+            .transpose()?;
+        let Some(said) = said else { return Ok(()) };
+        let catalogue = &self.jobs.inner.catalogue;
+        catalogue.keep_progress((&id.to_string(), &self.name), &said).await
     }
 
     /// The catalogue does not answer; that is told once.
@@ -239,37 +251,6 @@ impl Worker {
             tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are");
         }
     }
-}
-
-/// What the catalogue answers; an error when that takes longer than a lease, since its machine may be gone without a word.
-async fn in_time<T>(asking: impl Future<Output = anyhow::Result<T>>) -> anyhow::Result<T> {
-    let answer = tokio::time::timeout(LEASE, asking).await;
-    answer.unwrap_or_else(|_| Err(anyhow::anyhow!("the catalogue does not answer")))
-}
-
-fn remove_leftovers(jobs: &Jobs, wanted: &BTreeSet<String>) -> std::io::Result<()> {
-    let entries = match std::fs::read_dir(jobs.uploads()) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        entries => entries?,
-    };
-    for entry in entries {
-        let entry = entry?;
-        let name = entry.file_name();
-        let wanted = name.to_str().is_some_and(|name| wanted.contains(name));
-        if !wanted && last_change(&entry)?.elapsed().is_ok_and(|age| age > LEFTOVER) {
-            std::fs::remove_dir_all(entry.path())?;
-        }
-    }
-    Ok(())
-}
-
-/// When anything in an upload's folder was last written.
-fn last_change(folder: &std::fs::DirEntry) -> std::io::Result<SystemTime> {
-    let mut last = folder.metadata()?.modified()?;
-    for file in std::fs::read_dir(folder.path())? {
-        last = last.max(file?.metadata()?.modified()?);
-    }
-    Ok(last)
 }
 
 /// Bakes one job. Says how long to take none when there was no room for it.

@@ -9,7 +9,11 @@ use belvedere_scene::SceneName;
 use tokio::{fs::File, io::AsyncWriteExt};
 
 use super::{GoingOn, Job, JobError, JobId, Jobs};
-use crate::{db::NewJob, folder};
+use crate::{
+    db::{Keeping, NewJob},
+    folder,
+    secret::Secret,
+};
 
 /// What a source is, where whoever sends it says so. Else its content says it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +58,8 @@ pub struct Source {
     pub title: Option<String>,
     /// What it is.
     pub format: Option<Format>,
+    /// What links of its scene are to be signed with, where that is to be private from before it is baked on.
+    pub link_key: Option<Secret>,
 }
 
 /// An upload that is going on.
@@ -63,6 +69,7 @@ pub struct Upload {
     id: JobId,
     scene: SceneName,
     title: Option<String>,
+    link_key: Option<Secret>,
     going_on: GoingOn,
     file: File,
     path: PathBuf,
@@ -101,7 +108,9 @@ impl Upload {
         let folder = Folder { path, kept: false };
         let cannot = || format!("cannot keep an upload in {}", folder.path.display());
         folder::make_private(&jobs.inner.data).with_context(cannot)?;
-        tokio::fs::create_dir_all(&folder.path).await.with_context(cannot)?;
+        // Also where the data folder is for others to read.
+        folder::make_private(&jobs.uploads()).with_context(cannot)?;
+        folder::make_private(&folder.path).with_context(cannot)?;
         // A folder of its own: nothing stands beside what was uploaded.
         let name = match source.format {
             Some(format) => format!("{scene}.{}", format.extension()),
@@ -114,6 +123,7 @@ impl Upload {
             id,
             scene,
             title: source.title,
+            link_key: source.link_key,
             going_on,
             file,
             path,
@@ -137,10 +147,16 @@ impl Upload {
     ///
     /// # Errors
     /// When it is nothing, too many jobs wait, or the disk or the catalogue do not take it.
-    pub async fn finish(mut self) -> Result<Job, JobError> {
+    pub async fn finish(self) -> Result<Job, JobError> {
         if self.bytes == 0 {
             return Err(JobError::Empty);
         }
+        // Whoever sent it may go away; once the catalogue has the job, its bytes stay.
+        let finishing = tokio::spawn(self.become_job());
+        finishing.await.context("cannot keep an upload")?
+    }
+
+    async fn become_job(mut self) -> Result<Job, JobError> {
         self.file.sync_all().await.context("cannot keep an upload")?;
         let errands = &self.jobs.inner.errands;
         errands
@@ -154,20 +170,32 @@ impl Upload {
             title: self.title.as_deref(),
             source_bytes: self.bytes,
             key_id: &self.going_on.key_id,
+            link_key: self.link_key.as_ref(),
         };
         let catalogue = &self.jobs.inner.catalogue;
         let keep = || catalogue.keep_job(&new, settings.open_of_a_key, settings.open_of_all);
-        if !keep().await? {
+        let mut keeping = keep().await?;
+        let mut room = Ok(());
+        if keeping == Keeping::NoRoom {
             let open = catalogue.open_jobs(&self.going_on.key_id).await;
-            let room = open
+            room = open
                 .map_err(JobError::from)
                 .and_then(|(theirs, all)| settings.room(theirs, all));
             // Where there is room now, some have ended meanwhile.
-            if room.is_err() || !keep().await? {
-                self.jobs.recall(self.id).await;
-                let most = settings.open_of_all;
-                return Err(room.err().unwrap_or(JobError::Full { most }));
+            if room.is_ok() {
+                keeping = keep().await?;
             }
+        }
+        let refused = match keeping {
+            Keeping::Kept => None,
+            Keeping::NoRoom => Some(room.err().unwrap_or(JobError::Full {
+                most: settings.open_of_all,
+            })),
+            Keeping::Public => Some(JobError::Public(self.scene.clone())),
+        };
+        if let Some(refused) = refused {
+            self.jobs.recall(self.id).await;
+            return Err(refused);
         }
         // Whoever bakes it takes what was sent; where nothing travels, it is baked from here.
         self.folder.kept = !errands.travel();

@@ -1,5 +1,5 @@
-//! How often may one token move doors? Each move is told to everybody who sees the door, and is not dropped for the slow, so who
-//! rattles at one is held up; others may still move it.
+//! How often may doors be moved? Each move is told to everybody who sees the door, and is not dropped for the slow, so who rattles at
+//! one is held up; others may still move it, until all of them together have moved it too often: tokens cost nothing.
 
 use std::collections::BTreeMap;
 
@@ -10,6 +10,8 @@ use super::token::Token;
 
 /// The same door so often at once, and a second: more than people do.
 const ONE_DOOR: (f64, f64) = (6.0, 2.0);
+/// The same door by everybody together: a few people at once.
+const ONE_DOOR_BY_ALL: (f64, f64) = (24.0, 8.0);
 /// All doors together: a program may close those of a house.
 const ALL_DOORS: (f64, f64) = (200.0, 20.0);
 /// Those who have not moved any for so long may do so as often as anybody.
@@ -20,6 +22,7 @@ const FORGOTTEN_MS: Ms = 10_000;
 pub(super) struct DoorPace {
     each: BTreeMap<(Token, ObjectId), (Bucket, Ms)>,
     all: BTreeMap<Token, (Bucket, Ms)>,
+    by_all: BTreeMap<ObjectId, (Bucket, Ms)>,
     forgot_ms: Ms,
 }
 
@@ -27,7 +30,7 @@ impl DoorPace {
     /// Takes note that a token moves a door.
     ///
     /// # Errors
-    /// With the time until it may, when it has done so too often; then nothing is noted of that door.
+    /// With the time until it may, when it or all together have done so too often; then nothing is noted of that door.
     pub(super) fn take(&mut self, token: Token, door: ObjectId, now_ms: Ms) -> Result<(), Ms> {
         self.forget(now_ms);
         let new = |(many, per_s)| (Bucket::full(many, per_s, now_ms), now_ms);
@@ -36,12 +39,18 @@ impl DoorPace {
         if !after.0.take(1.0, now_ms) {
             return Err(after.0.wait_ms(1.0));
         }
+        let by_all = self.by_all.entry(door).or_insert_with(|| new(ONE_DOOR_BY_ALL));
+        let mut after_all = *by_all;
+        if !after_all.0.take(1.0, now_ms) {
+            return Err(after_all.0.wait_ms(1.0));
+        }
         let one = self.each.entry((token, door)).or_insert_with(|| new(ONE_DOOR));
         one.1 = now_ms;
         if !one.0.take(1.0, now_ms) {
             return Err(one.0.wait_ms(1.0));
         }
         *all = (after.0, now_ms);
+        *by_all = (after_all.0, now_ms);
         Ok(())
     }
 
@@ -53,6 +62,7 @@ impl DoorPace {
         self.forgot_ms = now_ms;
         self.each.retain(|_, (_, taken_ms)| now_ms - *taken_ms < FORGOTTEN_MS);
         self.all.retain(|_, (_, taken_ms)| now_ms - *taken_ms < FORGOTTEN_MS);
+        self.by_all.retain(|_, (_, taken_ms)| now_ms - *taken_ms < FORGOTTEN_MS);
     }
 }
 
@@ -78,6 +88,23 @@ mod tests {
         assert_eq!(pace.take(a, door(1), 9_990 + wait_ms), Ok(()));
         assert_eq!(pace.take(b, door(1), 9_990), Ok(()));
         assert_eq!(pace.take(a, door(2), 9_990), Ok(()));
+    }
+
+    #[test]
+    fn many_tokens_rattle_no_more_than_a_few_people() {
+        let mut pace = DoorPace::default();
+        // A new token each time, 100 times a second for ten seconds.
+        let mut rattle = |number| {
+            let taken = (0..1_000).filter(|i| pace.take(Token::random().unwrap(), door(number), i * 10).is_ok());
+            taken.count()
+        };
+        assert_eq!(rattle(1), 24 + 79, "24 at once and eight a second");
+        let mut pace = DoorPace::default();
+        (0..24).for_each(|_| pace.take(Token::random().unwrap(), door(1), 0).unwrap());
+        let late = Token::random().unwrap();
+        assert_eq!(pace.take(late, door(1), 0), Err(125));
+        assert_eq!(pace.take(late, door(2), 0), Ok(()), "others are free");
+        assert_eq!(pace.take(late, door(1), 125), Ok(()));
     }
 
     #[test]
@@ -109,7 +136,7 @@ mod tests {
         for i in 0..100 {
             let token = Token::random().unwrap();
             assert_eq!(pace.take(token, door(i), Ms::from(i) * FORGOTTEN_MS), Ok(()));
-            assert!(pace.each.len() <= 2 && pace.all.len() <= 2);
+            assert!(pace.each.len() <= 2 && pace.all.len() <= 2 && pace.by_all.len() <= 2);
         }
     }
 }

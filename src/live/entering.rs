@@ -14,7 +14,8 @@ use super::{
     Live, LiveError, Opened, SessionHandle, Token, ask,
     ids::{avatar_of, session_of},
     ledger,
-    message::Message,
+    message::{Entry, Message, Step},
+    newcomer::{Newcomer, Who},
     registry::SessionEntry,
 };
 use crate::db::Taking;
@@ -89,7 +90,7 @@ impl Live {
             return Ok(entry);
         }
         self.0.registry.check_room(self.0.settings.sessions)?;
-        let visitor = ledger::visitor(&line).map_err(LiveError::Unkept)?;
+        let (visitor, stand) = ledger::visitor(&line).map_err(LiveError::Unkept)?;
         let taking = Taking {
             session: session.0,
             from: line.home,
@@ -97,15 +98,20 @@ impl Live {
         };
         // It may have moved while others had their turn.
         let taken = ledger.take(taking).await?.ok_or(LiveError::Elsewhere(session))?;
-        let (scene, statics) = (&line.kept.scene, line.kept.statics);
-        match self.let_in(session, scene, visitor, (statics, taken)).await {
+        let (scene, statics) = (line.kept.scene.clone(), line.kept.statics);
+        ledger.hold(session, line.kept, stand);
+        let visitor = visitor.standing(stand);
+        match self.let_in(session, &scene, visitor, (statics, taken)).await {
             Ok(_) => {}
             Err(LiveError::Refused(refusal)) => {
                 tracing::info!(%session, %refusal, "a session has no place any more");
                 ledger.end(session);
                 return Err(no_session(session));
             }
-            Err(error) => return Err(error),
+            Err(error) => {
+                ledger.part(session);
+                return Err(error);
+            }
         }
         self.0.tally.taken_up.fetch_add(1, Ordering::Relaxed);
         self.0.registry.session(session).ok_or_else(|| no_session(session))
@@ -122,17 +128,20 @@ impl Live {
         let object = avatar_of(session).ok_or_else(|| no_session(session))?;
         let (stage, token) = (self.stage(scene), self.0.signet.token(session));
         let most = self.0.settings.sessions;
-        let (entry, reserved) = self.0.registry.new_session(&stage, (session, token), taken, most)?;
-        let message = |reply| Message::Open {
-            session,
-            object,
-            visitor,
-            outbox: entry.outbox.clone(),
-            with_statics,
-            reply,
+        let entry = self.0.registry.new_session(&stage, (session, token), taken, most)?;
+        let mut newcomer = Newcomer::new(self, &stage, Who::Session(session));
+        let message = |reply| {
+            Message::Step(Step::Enter(Box::new(Entry {
+                session,
+                object,
+                visitor,
+                outbox: entry.outbox.clone(),
+                with_statics,
+                reply,
+            })))
         };
-        let (seen, now_ms) = ask(&stage, message).await??;
-        reserved.keep();
+        let (seen, now_ms) = newcomer.heed(ask(&stage, message).await?)?;
+        newcomer.stay();
         Ok(Opened {
             session,
             object,

@@ -2,6 +2,8 @@
 
 use belvedere_live::{Ms, event::SessionId, motion::TrajectoryError, world::Refusal};
 
+use belvedere_scene::Revision;
+
 use crate::published::ReadError;
 
 /// Why a live request is not answered as asked.
@@ -16,7 +18,10 @@ pub enum LiveError {
     /// No token was given.
     #[error("a token is needed")]
     NoToken,
-    /// The token is that of somebody else.
+    /// No token was given where only the operator's will do.
+    #[error("the operator's token is needed")]
+    NoOperator,
+    /// The token is another one.
     #[error("the token is not that of {0}")]
     WrongToken(String),
     /// The rules refuse it.
@@ -37,6 +42,18 @@ pub enum LiveError {
         /// When it may be moved.
         retry_ms: Ms,
     },
+    /// So many doors wait for the catalogue that this one would not be kept.
+    #[error("the catalogue does not keep up with the doors; this one stays as it is")]
+    Behind,
+    /// The revision that was asked about is not the one that visitors are in.
+    #[error("the scene has another revision than the one that was looked at")]
+    Moved {
+        /// That one.
+        current: Revision,
+    },
+    /// The revision that was asked about cannot be read.
+    #[error("the revision that was published last cannot be read; its doors stay as they are")]
+    Unreadable,
     /// No room.
     #[error("there are {most} {what} already, as many as this server takes")]
     Full {

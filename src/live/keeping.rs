@@ -6,22 +6,21 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use anyhow::Context;
 use belvedere_live::{
     Ms,
-    world::{NewMover, Sent},
+    world::{NewMover, Sent, Visitor},
 };
-use belvedere_scene::{ObjectId, Revision, SceneName};
+use belvedere_scene::{BlobName, ObjectId, Revision, SceneName};
+use futures_util::FutureExt;
 use tokio::{sync::mpsc, task::JoinHandle};
 
-use super::{
-    Door, LiveError, Token, ask,
-    message::{Message, Reply, StageHandle},
-};
+use super::{Door, LiveError, Token, message::Reply};
 use crate::db::{Catalogue, KeptDoor, KeptMover};
 
 /// Between two times that poses are kept.
 const PAUSE_MS: Ms = 1_000;
-/// So many doors may wait for the catalogue before the scene does.
+/// So many doors may wait for the catalogue.
 const DOORS: usize = 256;
 
 /// The movers of a scene that stay, and where they have moved since that was kept.
@@ -30,7 +29,9 @@ pub(super) struct Keeping {
     staying: BTreeSet<ObjectId>,
     moved: BTreeMap<ObjectId, Sent>,
     kept_at_ms: Ms,
-    writing: Option<JoinHandle<()>>,
+    writing: Option<Writing>,
+    /// The last poses could not be kept.
+    failing: bool,
     doors: mpsc::Sender<DoorToKeep>,
 }
 
@@ -52,14 +53,14 @@ impl Keeping {
             moved: BTreeMap::new(),
             kept_at_ms: 0,
             writing: None,
+            failing: false,
             doors,
         }
     }
 
-    /// Keeps how a door stands, after all doors before, beside the scene's task.
-    pub(super) async fn keep_door(&self, door: DoorToKeep) {
-        // When nobody writes any more, whoever waits hears that.
-        _ = self.doors.send(door).await;
+    /// Where how a door stands is left, to be kept after all doors before, beside the scene's task. None while too many wait.
+    pub(super) fn place_for_door(&self) -> Option<mpsc::OwnedPermit<DoorToKeep>> {
+        self.doors.clone().try_reserve_owned().ok()
     }
 
     /// From now on a mover stays.
@@ -86,51 +87,57 @@ impl Keeping {
         }
     }
 
-    /// Keeps where movers are, now and then, beside the scene's task.
+    /// Keeps where movers are, now and then, beside the scene's task. What cannot be kept is tried again.
     pub(super) fn keep(&mut self, catalogue: &Catalogue, now_ms: Ms) {
-        let busy = self.writing.as_ref().is_some_and(|writing| !writing.is_finished());
-        if self.moved.is_empty() || busy || now_ms - self.kept_at_ms < PAUSE_MS {
+        let catalogue = catalogue.clone();
+        self.keep_with(now_ms, |poses| async move { catalogue.keep_poses(&poses).await });
+    }
+
+    fn keep_with<F>(&mut self, now_ms: Ms, write: impl FnOnce(Vec<(ObjectId, String)>) -> F)
+    where
+        F: Future<Output = anyhow::Result<()>> + Send + 'static,
+    {
+        if let Some(mut writing) = self.writing.take() {
+            match (&mut writing.task).now_or_never() {
+                None => {
+                    self.writing = Some(writing);
+                    return;
+                }
+                Some(written) => self.take_back(written.map_err(anyhow::Error::from).flatten(), writing.moved),
+            }
+        }
+        if self.moved.is_empty() || now_ms - self.kept_at_ms < PAUSE_MS {
             return;
         }
         self.kept_at_ms = now_ms;
-        let moved = std::mem::take(&mut self.moved).into_iter();
-        let poses: Vec<_> = moved.map(|(object, sent)| (object, json(&sent))).collect();
-        let catalogue = catalogue.clone();
-        self.writing = Some(tokio::spawn(async move {
-            if let Err(error) = catalogue.keep_poses(&poses).await {
-                tracing::error!(%error, "where movers are cannot be kept");
-            }
-        }));
-    }
-}
-
-/// A mover that goes again when nobody waits until it is kept.
-pub(super) struct Undo(Option<(Catalogue, StageHandle, ObjectId, Token)>);
-
-impl Undo {
-    pub(super) fn of(catalogue: &Catalogue, stage: &StageHandle, (object, token): (ObjectId, Token)) -> Self {
-        Self(Some((catalogue.clone(), stage.clone(), object, token)))
+        let moved = std::mem::take(&mut self.moved);
+        let poses = moved.iter().map(|(object, sent)| (*object, json(sent)));
+        let task = tokio::spawn(write(poses.collect()));
+        self.writing = Some(Writing { task, moved });
     }
 
-    /// It is kept.
-    pub(super) fn forget(mut self) {
-        self.0 = None;
-    }
-}
-
-impl Drop for Undo {
-    fn drop(&mut self) {
-        let Some((catalogue, stage, object, token)) = self.0.take() else {
+    /// What was not written, for whatever reason, waits again, but where movers have gone on since.
+    fn take_back(&mut self, written: anyhow::Result<()>, moved: BTreeMap<ObjectId, Sent>) {
+        let failed_before = std::mem::replace(&mut self.failing, written.is_err());
+        let Err(error) = written else {
             return;
         };
-        tokio::spawn(async move {
-            // A scene that has ended holds no mover.
-            _ = ask(&stage, |reply| Message::Destroy { object, reply }).await;
-            if let Err(error) = catalogue.forget_mover(object, &token.reveal()).await {
-                tracing::error!(%object, %error, "a mover that nobody waited for comes back after a restart");
+        if !failed_before {
+            tracing::error!(%error, "where movers are cannot be kept, and is tried again");
+        }
+        for (object, sent) in moved {
+            if self.staying.contains(&object) {
+                self.moved.entry(object).or_insert(sent);
             }
-        });
+        }
     }
+}
+
+/// Who writes where movers were.
+#[derive(Debug)]
+struct Writing {
+    task: JoinHandle<anyhow::Result<()>>,
+    moved: BTreeMap<ObjectId, Sent>,
 }
 
 /// Keeps a mover; says whether its id was free.
@@ -159,15 +166,39 @@ pub(super) async fn kept_movers(
         .collect()
 }
 
-/// A mover that stays, where it was last, and its scene.
-pub(super) async fn kept_mover(
+/// Those of these movers that stay, each where it was last, and its scene.
+pub(super) async fn movers_anywhere(
     catalogue: &Catalogue,
-    object: ObjectId,
-) -> anyhow::Result<Option<(SceneName, Token, NewMover)>> {
-    let Some((scene, kept)) = catalogue.kept_mover(object).await? else {
-        return Ok(None);
-    };
-    Ok(Some((scene, kept.token.parse()?, as_it_was(&kept)?)))
+    objects: &[ObjectId],
+) -> anyhow::Result<BTreeMap<ObjectId, (SceneName, Token, NewMover)>> {
+    let kept = catalogue.movers_anywhere(objects).await?.into_iter();
+    kept.map(|(scene, kept)| Ok((kept.object, (scene, kept.token.parse()?, as_it_was(&kept)?))))
+        .collect()
+}
+
+/// What those need who outlive the server and wear models of revisions that may be gone by now.
+pub async fn worn(catalogue: &Catalogue) -> anyhow::Result<BTreeSet<BlobName>> {
+    let (movers, sessions) = catalogue.kept_looks().await?;
+    let movers = movers
+        .iter()
+        .map(|kept| Ok(serde_json::from_str::<NewMover>(kept)?.look));
+    let sessions = sessions
+        .iter()
+        .map(|kept| Ok(serde_json::from_str::<Visitor>(kept)?.look));
+    let looks = movers.chain(sessions).collect::<anyhow::Result<Vec<_>>>();
+    let looks = looks.context("what a kept mover or session wears cannot be read")?;
+    let mut names = BTreeSet::new();
+    for model in looks.iter().filter_map(|look| look.model.as_deref()) {
+        for level in &model.levels {
+            names.insert(level.url.clone());
+            names.extend(level.textures.iter().map(|texture| texture.url.clone()));
+            names.extend(level.pack.iter().map(|pack| pack.url.clone()));
+        }
+        if let Some(impostor) = &model.impostor {
+            names.extend([impostor.colour.url.clone(), impostor.shape.url.clone()]);
+        }
+    }
+    Ok(names)
 }
 
 fn as_it_was(kept: &KeptMover) -> anyhow::Result<NewMover> {
@@ -213,4 +244,84 @@ pub(super) async fn kept_doors(
 
 fn json<T: serde::Serialize>(value: &T) -> String {
     serde_json::to_string(value).expect("what is kept holds nothing that JSON cannot say")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use sqlx::{Connection, Executor, SqliteConnection};
+
+    use super::*;
+    use crate::db::FILE_NAME;
+
+    fn there() -> Sent {
+        Sent {
+            t_ms: None,
+            position: [1.0, 2.0, 3.0],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            velocity: None,
+            acceleration: None,
+        }
+    }
+
+    #[tokio::test]
+    async fn poses_whose_writer_panics_are_not_taken_for_written() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let mut keeping = Keeping::new(&catalogue, &"row".parse().unwrap());
+        let [stays, goes] = [1 << 30, 1 << 30 | 1].map(ObjectId);
+        for object in [stays, goes] {
+            keeping.stay(object);
+            keeping.moved(object, there());
+        }
+        keeping.keep_with(PAUSE_MS, |_| async { panic!("it breaks") });
+        keeping.forget(goes);
+        while !keeping.failing {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+            keeping.keep_with(PAUSE_MS, |_| async { Ok(()) });
+        }
+        assert_eq!(keeping.moved, BTreeMap::from([(stays, there())]), "it is tried again");
+    }
+
+    #[tokio::test]
+    async fn where_a_mover_is_that_could_not_be_kept_is_tried_again() {
+        let data = tempfile::tempdir().unwrap();
+        let catalogue = Catalogue::open(data.path()).await.unwrap();
+        let (scene, object): (SceneName, _) = ("row".parse().unwrap(), ObjectId(1 << 30));
+        let kept = KeptMover {
+            object,
+            token: Token::random().unwrap().reveal(),
+            mover: "{}".into(),
+            pose: None,
+        };
+        assert!(catalogue.keep_mover(&scene, &kept).await.unwrap());
+        let file = format!("sqlite:{}", data.path().join(FILE_NAME).display());
+        let mut beside = SqliteConnection::connect(&file).await.unwrap();
+        let full = "CREATE TRIGGER full BEFORE UPDATE ON kept_movers BEGIN SELECT RAISE(ABORT, 'full'); END";
+        beside.execute(full).await.unwrap();
+        let mut keeping = Keeping::new(&catalogue, &scene);
+        keeping.stay(object);
+        let sent = there();
+        keeping.moved(object, sent);
+        keeping.keep(&catalogue, PAUSE_MS);
+        assert!(keeping.moved.is_empty(), "it is on its way");
+        for now_ms in 2.. {
+            keeping.keep(&catalogue, now_ms * PAUSE_MS);
+            if keeping.failing {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+        beside.execute("DROP TRIGGER full").await.unwrap();
+        for now_ms in 1_000_000.. {
+            keeping.keep(&catalogue, now_ms * PAUSE_MS);
+            if keeping.writing.is_none() {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+        let kept = catalogue.kept_movers(&scene).await.unwrap();
+        assert_eq!(kept[0].pose.as_deref(), Some(json(&sent).as_str()));
+    }
 }

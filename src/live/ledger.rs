@@ -25,12 +25,12 @@ use tokio::{
 
 use super::{
     Live, LiveError, ask,
-    message::Message,
+    message::{Message, Step},
     nodes::{Nodes, Voice},
     together::Together,
     token::Token,
 };
-use crate::db::{Catalogue, HousedSession, KeptSession, PATIENCE, SessionChanges, Taking};
+use crate::db::{self, Beat, Catalogue, HousedSession, KeptSession, PATIENCE, SessionChanges, Taking};
 
 /// Between two times that this server is heard of.
 const BEAT: Duration = Duration::from_secs(1);
@@ -45,13 +45,27 @@ pub(super) struct Ledger {
     /// What this run of the server is called; behind an `@` as a node, where there are several.
     home: String,
     nodes: Option<Nodes>,
-    unwritten: Mutex<Unwritten>,
+    book: Mutex<Book>,
     /// Rung when a session was opened or has ended.
     rung: Notify,
     homes: watch::Sender<Homes>,
     /// Sessions that are looked for, and those that come here. When a server dies, those of all who were there are at once.
     finds: Together<u64, Option<HousedSession>>,
     takes: Together<Taking, Option<u64>>,
+}
+
+#[derive(Debug, Default)]
+struct Book {
+    /// The sessions that this server holds.
+    held: BTreeMap<SessionId, Held>,
+    unwritten: Unwritten,
+}
+
+/// All that its line says of a session.
+#[derive(Debug)]
+struct Held {
+    line: Arc<KeptSession>,
+    stand: Option<Stand>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -109,7 +123,7 @@ impl Ledger {
             // As hard to meet twice.
             home: Token::random()?.reveal() + &node.unwrap_or_default(),
             nodes,
-            unwritten: Mutex::default(),
+            book: Mutex::default(),
             rung: Notify::new(),
             homes: watch::Sender::default(),
             finds: Together::default(),
@@ -117,35 +131,75 @@ impl Ledger {
         })
     }
 
-    fn unwritten(&self) -> MutexGuard<'_, Unwritten> {
-        self.unwritten.lock().expect("nobody panics while holding this lock")
+    fn book(&self) -> MutexGuard<'_, Book> {
+        self.book.lock().expect("nobody panics while holding this lock")
     }
 
     /// A line for a session that has been opened.
     pub(super) fn open(&self, session: SessionId, line: KeptSession) {
-        self.unwritten().opened.insert(session, Arc::new(line));
+        let (line, stand) = (Arc::new(line), None);
+        let mut book = self.book();
+        book.unwritten.opened.insert(session, line.clone());
+        book.held.insert(session, Held { line, stand });
+        drop(book);
         self.rung.notify_one();
+    }
+
+    /// A session has come here with its line.
+    pub(super) fn hold(&self, session: SessionId, line: KeptSession, stand: Option<Stand>) {
+        let line = Arc::new(line);
+        self.book().held.insert(session, Held { line, stand });
     }
 
     /// Where a session stands is written with whatever is written next.
     pub(super) fn stands(&self, session: SessionId, stand: Stand) {
-        self.unwritten().stands.insert(session, stand);
+        let mut book = self.book();
+        if let Some(held) = book.held.get_mut(&session) {
+            held.stand = Some(stand);
+        }
+        book.unwritten.stands.insert(session, stand);
     }
 
     /// No line any more for a session that has ended.
     pub(super) fn end(&self, session: SessionId) {
-        let mut unwritten = self.unwritten();
-        unwritten.opened.remove(&session);
-        unwritten.stands.remove(&session);
+        self.part(session);
         // It may be under way.
-        unwritten.ended.insert(session);
-        drop(unwritten);
+        self.book().unwritten.ended.insert(session);
+        self.rung.notify_one();
+    }
+
+    /// A session is here no more; its line is another home's.
+    pub(super) fn part(&self, session: SessionId) {
+        let mut book = self.book();
+        book.held.remove(&session);
+        book.unwritten.opened.remove(&session);
+        book.unwritten.stands.remove(&session);
+    }
+
+    /// The sessions that are held here and whose lines are written.
+    fn written(&self) -> Vec<SessionId> {
+        let book = self.book();
+        let held = book.held.keys();
+        held.filter(|session| !book.unwritten.opened.contains_key(session))
+            .copied()
+            .collect()
+    }
+
+    /// Lines anew for sessions that are held here and have none any more.
+    fn write_anew(&self, sessions: impl IntoIterator<Item = SessionId>) {
+        let Book { held, unwritten } = &mut *self.book();
+        for session in sessions {
+            if let Some(Held { line, stand }) = held.get(&session) {
+                unwritten.opened.insert(session, line.clone());
+                unwritten.stands.extend(stand.map(|stand| (session, stand)));
+            }
+        }
         self.rung.notify_one();
     }
 
     /// The line of a session that this server does not hold, wherever it is at home.
     pub(super) async fn find(&self, session: SessionId) -> Result<Option<HousedSession>, LiveError> {
-        if self.unwritten().ended.contains(&session) {
+        if self.book().unwritten.ended.contains(&session) {
             return Ok(None);
         }
         let all = |sessions: Vec<u64>| in_time(async move { self.catalogue.kept_sessions(&sessions).await });
@@ -207,17 +261,17 @@ impl Ledger {
     /// Writes what waits; nothing is lost when that fails.
     async fn write(&self) -> Result<(), LiveError> {
         loop {
-            let batch = self.unwritten().some();
+            let batch = self.book().unwritten.some();
             if batch.is_empty() {
                 return Ok(());
             }
             in_time(self.catalogue.keep_sessions(&self.home, &batch.changes())).await?;
-            self.unwritten().strike(&batch);
+            self.book().unwritten.strike(&batch);
         }
     }
 
-    /// Says that this server is there, if it holds sessions; how many others have taken from it by now.
-    async fn beat(&self, live: &Live) -> Result<Option<i64>, LiveError> {
+    /// Says that this server is there, if it holds sessions.
+    async fn beat(&self, live: &Live) -> Result<Option<Beat>, LiveError> {
         if !live.0.registry.has_sessions() {
             return Ok(None);
         }
@@ -276,11 +330,11 @@ pub(super) fn line(session: SessionId, scene: &SceneName, visitor: &Visitor, sta
     }
 }
 
-/// The visitor of a line, come to stand where it was last.
-pub(super) fn visitor(line: &HousedSession) -> anyhow::Result<Visitor> {
-    let visitor: Visitor = serde_json::from_str(&line.kept.visitor)?;
+/// The visitor of a line, and where it stood last.
+pub(super) fn visitor(line: &HousedSession) -> anyhow::Result<(Visitor, Option<Stand>)> {
+    let visitor = serde_json::from_str(&line.kept.visitor)?;
     let stand = line.stand.as_deref().map(serde_json::from_str).transpose()?;
-    Ok(visitor.standing(stand))
+    Ok((visitor, stand))
 }
 
 /// Keeps the ledger until the server stops.
@@ -292,10 +346,10 @@ pub(super) async fn keep(live: Live) {
 async fn say_and_look(live: &Live) {
     let mut beats = tokio::time::interval(BEAT);
     beats.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let (mut robbed, mut away) = (0, false);
+    let (mut last, mut away) = (Beat { beats: 0, robbed: 0 }, false);
     loop {
         beats.tick().await;
-        note(&round(live, &mut robbed).await, &mut away);
+        note(&round(live, &mut last).await, &mut away);
     }
 }
 
@@ -313,13 +367,15 @@ async fn write_behind(live: &Live) {
     }
 }
 
-async fn round(live: &Live, robbed: &mut i64) -> Result<(), LiveError> {
+async fn round(live: &Live, last: &mut Beat) -> Result<(), LiveError> {
     let ledger = &live.0.ledger;
-    if let Some(by_now) = ledger.beat(live).await?
-        && by_now != *robbed
-    {
-        part_from_lost(live).await?;
-        *robbed = by_now;
+    if let Some(beat) = ledger.beat(live).await? {
+        if beat.beats <= last.beats {
+            come_back(live).await?;
+        } else if beat.robbed != last.robbed {
+            part_from_lost(live).await?;
+        }
+        *last = beat;
     }
     ledger.look().await?;
     ledger.forget_forsaken().await
@@ -343,27 +399,45 @@ fn note(done: &Result<(), LiveError>, away: &mut bool) {
 /// Others have taken sessions up that this server holds, since it was not heard of: these end here.
 async fn part_from_lost(live: &Live) -> Result<(), LiveError> {
     let ledger = &live.0.ledger;
-    let held = live.0.registry.sessions();
-    let unwritten: BTreeSet<_> = ledger.unwritten().opened.keys().copied().collect();
+    let held = ledger.written();
     let ours = in_time(ledger.catalogue.sessions_at(&ledger.home)).await?;
-    let lost = held
-        .into_iter()
-        .filter(|session| !ours.contains(&session.0) && !unwritten.contains(session));
+    let lost = held.into_iter().filter(|session| !ours.contains(&session.0));
+    part_from(live, lost).await
+}
+
+/// This server was not heard of for so long that it was forgotten, and with it the lines of its sessions: they are written anew,
+/// but of those that others hold.
+async fn come_back(live: &Live) -> Result<(), LiveError> {
+    let ledger = &live.0.ledger;
+    for held in ledger.written().chunks(TOGETHER) {
+        let sessions: Vec<_> = held.iter().map(|session| session.0).collect();
+        let lines = in_time(ledger.catalogue.kept_sessions(&sessions)).await?;
+        let lines: Vec<_> = held.iter().copied().zip(lines).collect();
+        ledger.write_anew(
+            lines
+                .iter()
+                .filter(|(_, line)| line.is_none())
+                .map(|(session, _)| *session),
+        );
+        let lost = lines.into_iter().filter_map(|(session, line)| Some((session, line?)));
+        let lost = lost.filter(|(_, line)| line.home != ledger.home);
+        part_from(live, lost.map(|(session, _)| session)).await?;
+    }
+    Ok(())
+}
+
+async fn part_from(live: &Live, lost: impl Iterator<Item = SessionId>) -> Result<(), LiveError> {
     for session in lost {
         if let Some(entry) = live.0.registry.session(session) {
             tracing::info!(%session, "another server has taken the session up");
-            ask(&entry.stage, |reply| Message::PartFrom { session, reply }).await?;
+            ask(&entry.stage, |reply| Message::Step(Step::PartFrom { session, reply })).await?;
         }
     }
     Ok(())
 }
 
 async fn in_time<T>(asked: impl Future<Output = anyhow::Result<T>>) -> Result<T, LiveError> {
-    let answer = timeout(PATIENCE, asked).await;
-    let answer = answer
-        .context("the catalogue does not answer")
-        .and_then(|answer| answer);
-    answer.map_err(LiveError::Unkept)
+    db::in_time(PATIENCE, asked).await.map_err(LiveError::Unkept)
 }
 
 fn json<T: serde::Serialize>(value: &T) -> String {

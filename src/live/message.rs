@@ -15,7 +15,15 @@ use belvedere_live::{
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::{mpsc, oneshot};
 
-use super::{LiveError, outbox::Outbox, registry::Door, screens::Screen, token::Token};
+use super::{
+    LiveError,
+    outbox::Outbox,
+    registry::Door,
+    screens::Screen,
+    terrain::{Prospect, Sight, Terrain},
+    token::Token,
+};
+use crate::published::{Published, ReadError};
 
 /// So many messages may wait for a scene.
 const MESSAGES: usize = 1024;
@@ -25,32 +33,13 @@ pub(super) type Reply<T> = oneshot::Sender<T>;
 /// What a scene's task can be asked.
 #[derive(Debug)]
 pub(super) enum Message {
-    Open {
-        session: SessionId,
-        object: ObjectId,
-        visitor: Visitor,
-        outbox: Arc<Outbox>,
-        with_statics: bool,
-        reply: Reply<Result<(Seen, Ms), LiveError>>,
-    },
-    Pose {
-        session: SessionId,
-        sent: Sent,
-        reply: Reply<Result<Seen, LiveError>>,
-    },
-    Aoi {
-        session: SessionId,
-        aoi: Aoi,
-        reply: Reply<Result<(), LiveError>>,
-    },
-    Close {
-        session: SessionId,
-        reply: Reply<()>,
-    },
-    /// The session goes on at another node, and ends here only.
-    PartFrom {
-        session: SessionId,
-        reply: Reply<()>,
+    /// Something of one session, in its order.
+    Step(Step),
+    /// What is seen from where a session comes to stand with this step, or where some are on their way to, in this revision.
+    Learned {
+        published: Arc<Published>,
+        sights: Result<Vec<Sight>, ReadError>,
+        step: Option<Step>,
     },
     Create {
         object: ObjectId,
@@ -91,15 +80,97 @@ pub(super) enum Message {
     Ready {
         reply: Reply<()>,
     },
+    /// A newer revision, as far as it can be read.
+    Newer {
+        terrain: Terrain,
+        read: Result<Box<Prospect>, ReadError>,
+    },
+    /// The movers of the scene that stay, as they were kept.
+    Kept(Vec<(ObjectId, Token, NewMover)>),
     /// Another node that has the same revision says something.
     Heard {
         revision: Revision,
         said: Box<Said>,
     },
-    /// What closed doors hide from a cell.
-    Screen(Screen),
-    /// All questions that were asked are answered.
-    ScreensFound,
+    /// What closed doors hide from a cell that was asked about, if that can be said.
+    Screen {
+        revision: Revision,
+        screen: Result<Option<Screen>, ReadError>,
+    },
+}
+
+impl Message {
+    /// Whether a session or a mover begins with it.
+    pub(super) fn comes_in(&self) -> bool {
+        matches!(self, Self::Step(Step::Enter(_)) | Self::Create { .. })
+    }
+
+    /// Whether nobody waits any more for what begins with it.
+    pub(super) fn is_forsaken(&self) -> bool {
+        match self {
+            Self::Step(step) => step.is_forsaken(),
+            Self::Create { reply, .. } => reply.is_closed(),
+            _ => false,
+        }
+    }
+}
+
+/// What one session does, one after the other. Before it stands somewhere it must be known what is seen from there.
+#[derive(Debug)]
+pub(super) enum Step {
+    Enter(Box<Entry>),
+    Pose {
+        session: SessionId,
+        sent: Sent,
+        reply: Reply<Result<Seen, LiveError>>,
+    },
+    Aoi {
+        session: SessionId,
+        aoi: Aoi,
+        reply: Reply<Result<(), LiveError>>,
+    },
+    Close {
+        session: SessionId,
+        reply: Reply<()>,
+    },
+    /// The session goes on at another node, and ends here only.
+    PartFrom {
+        session: SessionId,
+        reply: Reply<()>,
+    },
+}
+
+/// A session that is opened.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) session: SessionId,
+    pub(super) object: ObjectId,
+    pub(super) visitor: Visitor,
+    pub(super) outbox: Arc<Outbox>,
+    pub(super) with_statics: bool,
+    pub(super) reply: Reply<Result<(Seen, Ms), LiveError>>,
+}
+
+impl Step {
+    pub(super) fn session(&self) -> SessionId {
+        match self {
+            Self::Enter(entry) => entry.session,
+            Self::Pose { session, .. }
+            | Self::Aoi { session, .. }
+            | Self::Close { session, .. }
+            | Self::PartFrom { session, .. } => *session,
+        }
+    }
+
+    /// Whether nobody waits for it any more, and it need not be.
+    pub(super) fn is_forsaken(&self) -> bool {
+        match self {
+            Self::Enter(entry) => entry.reply.is_closed(),
+            Self::Pose { reply, .. } => reply.is_closed(),
+            Self::Aoi { reply, .. } => reply.is_closed(),
+            Self::Close { .. } | Self::PartFrom { .. } => false,
+        }
+    }
 }
 
 /// A way to ask a scene's task. Cheap to clone.
@@ -133,6 +204,11 @@ impl StageHandle {
     /// The scene.
     pub(super) fn scene(&self) -> &SceneName {
         &self.shared.scene
+    }
+
+    /// Has the task look at readers in the next tick.
+    pub(super) fn note_readers_changed(&self) {
+        self.shared.readers_changed.store(true, Ordering::Release);
     }
 
     /// Takes note of what there is.

@@ -11,11 +11,12 @@
 //! * `outbox`: what a session has not heard yet, bounded however slow its reader; `poses`: written once for all of them.
 //!   `reader`: the stream that a session hears; `line`: how it is told without being woken; `sending`: many lines at once.
 //! * `screens`: what closed doors hide from a cell, proved beside that task.
+//! * `moving`: movers move, also those whose home was another node.
 //! * `record`: what happens, kept in a file. [`Recording`]: the same read again.
 //! * `statics`: infos of objects that do not move, for clients that read no cells.
 //! * `keeping`: movers and doors that outlive the server. `ledger`: sessions that do; `together`: how many at once ask for them.
 //! * [`nodes`]: the way to other servers that have sessions in the same scenes.
-//! * `registry`, `token`: who is where, and who may do what. `door_pace`: how often they may move doors.
+//! * `registry`, `token`: who is where, and who may do what. `newcomer`: who comes in and does not wait for the answer. `door_pace`: how often they may move doors.
 
 mod clock;
 mod door_pace;
@@ -26,6 +27,8 @@ mod keeping;
 mod ledger;
 mod line;
 mod message;
+mod moving;
+mod newcomer;
 pub mod nodes;
 mod outbox;
 mod poses;
@@ -50,7 +53,7 @@ use std::sync::{
 
 use belvedere_live::{
     Ms,
-    world::{Counts, Moved, NewMover, Refusal, Sent},
+    world::{Counts, Moved, NewMover},
 };
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::sync::oneshot;
@@ -60,15 +63,16 @@ use self::{
     clock::Clock,
     entering::Turns,
     ids::Ids,
-    keeping::Undo,
     ledger::Ledger,
     message::{Message, StageHandle},
+    newcomer::{Newcomer, Who},
     nodes::{NodeCounts, Nodes},
     registry::Registry,
     token::Signet,
 };
 pub use self::{
     error::LiveError,
+    keeping::worn,
     line::{Held, Line, Taken, Turn},
     quality::{NoShare, Quality},
     reader::{EventReader, Shortcut},
@@ -120,6 +124,7 @@ struct Tally {
     floods: AtomicU64,
     expired: AtomicU64,
     taken_up: AtomicU64,
+    unscreened: AtomicU64,
 }
 
 /// What there is, and what has been counted since the start.
@@ -139,6 +144,8 @@ pub struct LiveCounts {
     pub expired: u64,
     /// Sessions that came here when the server that held them was gone.
     pub taken_up: u64,
+    /// Questions what closed doors hide that had no answer, since what hides cannot be read.
+    pub unscreened: u64,
     /// What participants see of what there is to see, as far as they say it.
     pub quality: Quality,
     /// How it stands with other nodes, where there may be some.
@@ -205,6 +212,7 @@ impl Live {
             floods: tally.floods.load(Ordering::Relaxed),
             expired: tally.expired.load(Ordering::Relaxed),
             taken_up: tally.taken_up.load(Ordering::Relaxed),
+            unscreened: tally.unscreened.load(Ordering::Relaxed),
             nodes: self.0.sources.nodes.as_ref().map(Nodes::counts),
         }
     }
@@ -236,7 +244,8 @@ impl Live {
     ) -> Result<(Moved, Token), LiveError> {
         let settings = &self.0.settings;
         if let (true, Some(operator)) = (stays, settings.operator) {
-            operator.admit(token, || {
+            let shown = token.ok_or(LiveError::NoOperator)?;
+            operator.admit(Some(shown), || {
                 "the operator, who alone makes persistent movers here".to_owned()
             })?;
         }
@@ -246,7 +255,8 @@ impl Live {
             .map(|token| self.0.registry.session_of(&stage, token))
             .transpose()?;
         let object = self.0.ids.draw().await?;
-        let (token, reserved) = self.0.registry.new_mover(&stage, (object, token), stays, settings)?;
+        let token = self.0.registry.new_mover(&stage, (object, token), stays, settings)?;
+        let mut newcomer = Newcomer::new(self, &stage, Who::Mover(object, stays.then_some(token)));
         let kept = stays.then(|| new.clone());
         let message = |reply| Message::Create {
             object,
@@ -255,88 +265,15 @@ impl Live {
             stays,
             reply,
         };
-        let moved = ask(&stage, message).await??;
+        let moved = newcomer.heed(ask(&stage, message).await?)?;
         if let Some(new) = kept {
-            let undo = Undo::of(&self.0.sources.catalogue, &stage, (object, token));
             let kept = keeping::keep_mover(&self.0.sources.catalogue, scene, (object, token), &new).await;
             if !kept.map_err(LiveError::Unkept)? {
                 return Err(LiveError::Unkept(anyhow::anyhow!("the id {object} was drawn twice")));
             }
-            undo.forget();
         }
-        reserved.keep();
+        newcomer.stay();
         Ok((moved, token))
-    }
-
-    /// Moves a mover, for whoever has its token.
-    ///
-    /// # Errors
-    /// When there is none, the token is not its own, or the rules refuse it.
-    pub async fn move_to(&self, object: ObjectId, token: Option<Token>, sent: Sent) -> Result<Moved, LiveError> {
-        let moved = self.try_move(object, token, sent).await;
-        // It may have gone to another node between two steps, and comes back from there.
-        let gone = self.0.sources.nodes.is_some() && matches!(moved, Err(LiveError::Refused(Refusal::NoMover)));
-        if gone {
-            self.try_move(object, token, sent).await
-        } else {
-            moved
-        }
-    }
-
-    async fn try_move(&self, object: ObjectId, token: Option<Token>, sent: Sent) -> Result<Moved, LiveError> {
-        let stage = self.mover(object, token).await?;
-        let moves = vec![(object, sent)];
-        let mut moved = ask(&stage, |reply| Message::Move { moves, reply }).await?;
-        moved.pop().unwrap_or(Err(LiveError::Stopped))
-    }
-
-    /// Moves many movers of one scene. The answers are in the order of the moves.
-    ///
-    /// # Errors
-    /// When the scene's task does not answer; else each move has its own.
-    pub async fn move_all(
-        &self,
-        scene: &SceneName,
-        moves: Vec<(ObjectId, Option<Token>, Sent)>,
-    ) -> Result<Vec<Result<Moved, LiveError>>, LiveError> {
-        let stage = self.stage(scene);
-        let mut answers = Vec::with_capacity(moves.len());
-        let mut admitted = Vec::with_capacity(moves.len());
-        for (object, token, sent) in moves {
-            let here = self.mover(object, token).await.and_then(|theirs| {
-                let ours = theirs.is(&stage);
-                ours.then_some(())
-                    .ok_or_else(|| LiveError::NotFound(format!("mover {object} in scene `{scene}`")))
-            });
-            if here.is_ok() {
-                admitted.push((object, sent));
-            }
-            answers.push(here);
-        }
-        let mut moved = ask(&stage, |reply| Message::Move { moves: admitted, reply })
-            .await?
-            .into_iter();
-        let answer =
-            |admitted: Result<(), LiveError>| admitted.and_then(|()| moved.next().unwrap_or(Err(LiveError::Stopped)));
-        Ok(answers.into_iter().map(answer).collect())
-    }
-
-    /// The scene of a mover, for whoever has its token. One that stays, and has its home on another node, gets it here.
-    async fn mover(&self, object: ObjectId, token: Option<Token>) -> Result<StageHandle, LiveError> {
-        let Sources { catalogue, nodes, .. } = &self.0.sources;
-        let found = self.0.registry.mover(object, token);
-        if nodes.is_none() || !matches!(found, Err(LiveError::NotFound(_))) {
-            return found;
-        }
-        let kept = keeping::kept_mover(catalogue, object).await;
-        let Some((scene, own, new)) = kept.map_err(LiveError::Unkept)? else {
-            return found;
-        };
-        own.admit(token, || format!("mover {object}"))?;
-        let stage = self.stage(&scene);
-        ask(&stage, |reply| Message::TakeOver { object, new, reply }).await??;
-        self.0.registry.restore_mover(&stage, object, own);
-        self.0.registry.mover(object, token)
     }
 
     fn is_operator(&self, token: Option<Token>) -> bool {

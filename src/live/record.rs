@@ -15,7 +15,7 @@ use std::{
 use belvedere_scene::SceneName;
 use tokio::sync::{mpsc, oneshot};
 
-const MAGIC: [u8; 6] = *b"BVRE\x03\x00";
+const MAGIC: [u8; 6] = *b"BVRE\x04\x00";
 /// A block may take so much, packed or not.
 const MOST_BYTES: usize = 256 << 20;
 /// So many blocks may wait for the disk before scenes do.
@@ -82,12 +82,12 @@ impl Recorder {
     /// # Errors
     /// When the file cannot be written, is something else, or is damaged and not just cut off.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let mut file = File::options()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(path)?;
+        let mut opening = File::options();
+        opening.read(true).write(true).create(true).truncate(false);
+        // It holds where everybody is, of private scenes too.
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut opening, 0o600);
+        let mut file = opening.open(path)?;
         lock(&file)?;
         if is_cut_in_its_magic(&mut file)? {
             file.set_len(0)?;
@@ -103,6 +103,10 @@ impl Recorder {
             file.set_len(whole_bytes)?;
             file.seek(SeekFrom::Start(whole_bytes))?;
         }
+        #[cfg(unix)]
+        if let Err(error) = keep_from_others(&file) {
+            tracing::warn!(%error, "others may read what is recorded");
+        }
         let (jobs, waiting) = mpsc::channel(BLOCKS);
         std::thread::spawn(move || {
             if let Err(error) = write_all(file, waiting) {
@@ -110,6 +114,19 @@ impl Recorder {
             }
         });
         Ok(Self { jobs })
+    }
+
+    /// Whether a file begins as a recording does that can be gone on with, or holds nothing yet; it stays as it is.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is something else.
+    pub fn could_go_on(path: &Path) -> Result<(), RecordingError> {
+        let mut file = File::open(path)?;
+        if is_cut_in_its_magic(&mut file)? {
+            return Ok(());
+        }
+        file.rewind()?;
+        Recording::open(file).map(drop)
     }
 
     /// Keeps entries of a scene's journal.
@@ -233,6 +250,18 @@ fn lock(file: &File) -> Result<(), RecordingError> {
         }
     }
     Err(RecordingError::InUse)
+}
+
+/// Takes from all but the owner what they may do with a file that was there before.
+#[cfg(unix)]
+fn keep_from_others(file: &File) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    let mut permissions = file.metadata()?.permissions();
+    if permissions.mode() & 0o077 == 0 {
+        return Ok(());
+    }
+    permissions.set_mode(permissions.mode() & 0o700);
+    file.set_permissions(permissions)
 }
 
 /// Refuses what follows the last whole block, unless it is one that was not written to its end.
@@ -374,6 +403,29 @@ mod tests {
             while read.next_block().unwrap().is_some() {}
             assert!(matches!(read.check_end(), Err(RecordingError::Damaged { .. })), "{bit}");
         }
+    }
+
+    #[cfg(unix)]
+    #[tokio::test]
+    async fn a_recording_is_its_owners_alone() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.rec");
+        record(&path, &["one\n"]).await;
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        let open_up = |path: &Path, mode| std::fs::set_permissions(path, PermissionsExt::from_mode(mode)).unwrap();
+        assert_eq!(mode(&path), 0o600);
+        for before in [0o644, 0o640, 0o622] {
+            open_up(&path, before);
+            record(&path, &["more\n"]).await;
+            assert_eq!(mode(&path), 0o600, "{before:o}");
+        }
+        assert_eq!(blocks(&path).len(), 4);
+        let other = folder.path().join("a.txt");
+        std::fs::write(&other, "no recording at all").unwrap();
+        open_up(&other, 0o644);
+        Recorder::open(&other).map(drop).unwrap_err();
+        assert_eq!(mode(&other), 0o644, "it is left alone");
     }
 
     #[test]

@@ -57,6 +57,9 @@ struct Tables {
     movers: BTreeMap<ObjectId, MoverEntry>,
     /// Movers that outlive the server.
     staying: usize,
+    /// Who has a token: looked up for every door, by whoever shows any.
+    sessions_by_token: BTreeMap<Token, SessionId>,
+    movers_by_token: BTreeMap<Token, BTreeSet<ObjectId>>,
 }
 
 #[derive(Debug, Clone)]
@@ -78,33 +81,6 @@ struct MoverEntry {
     heard: Instant,
 }
 
-/// A place in the table that is given back unless it is kept: whoever does not wait for an answer gets nothing.
-pub(super) struct Reserved<'a> {
-    registry: &'a Registry,
-    what: Option<Place>,
-}
-
-enum Place {
-    Session(SessionId),
-    Mover(ObjectId),
-}
-
-impl Reserved<'_> {
-    pub(super) fn keep(mut self) {
-        self.what = None;
-    }
-}
-
-impl Drop for Reserved<'_> {
-    fn drop(&mut self) {
-        match self.what {
-            Some(Place::Session(session)) => self.registry.end_session(session),
-            Some(Place::Mover(object)) => self.registry.end_mover(object),
-            None => {}
-        }
-    }
-}
-
 /// The mover is not here.
 fn no_mover(object: ObjectId) -> LiveError {
     LiveError::NotFound(format!(
@@ -115,7 +91,9 @@ fn no_mover(object: ObjectId) -> LiveError {
 impl Tables {
     fn add_mover(&mut self, object: ObjectId, token: Token, stage: &StageHandle, stays: bool) {
         let (stage, heard) = (stage.clone(), Instant::now());
+        self.remove_mover(object);
         self.staying += usize::from(stays);
+        self.movers_by_token.entry(token).or_default().insert(object);
         self.movers.insert(
             object,
             MoverEntry {
@@ -125,6 +103,31 @@ impl Tables {
                 heard,
             },
         );
+    }
+
+    fn remove_mover(&mut self, object: ObjectId) {
+        let Some(mover) = self.movers.remove(&object) else {
+            return;
+        };
+        self.staying -= usize::from(mover.stays);
+        if let Some(same) = self.movers_by_token.get_mut(&mover.token) {
+            same.remove(&object);
+            if same.is_empty() {
+                self.movers_by_token.remove(&mover.token);
+            }
+        }
+    }
+
+    fn add_session(&mut self, entry: &SessionEntry) {
+        self.sessions_by_token.insert(entry.token, entry.session);
+        self.sessions.insert(entry.session, entry.clone());
+    }
+
+    fn remove_session(&mut self, session: SessionId) {
+        if let Some(entry) = self.sessions.remove(&session) {
+            self.sessions_by_token.remove(&entry.token);
+            entry.outbox.close();
+        }
     }
 
     fn check_room(&self, most: usize) -> Result<(), LiveError> {
@@ -137,9 +140,8 @@ impl Tables {
     }
 
     fn session_of(&self, stage: &StageHandle, token: Token) -> Option<SessionId> {
-        let mut sessions = self.sessions.values();
-        let entry = sessions.find(|entry| entry.token == token && entry.stage.is(stage))?;
-        Some(entry.session)
+        let entry = self.sessions.get(self.sessions_by_token.get(&token)?)?;
+        entry.stage.is(stage).then_some(entry.session)
     }
 }
 
@@ -196,7 +198,7 @@ impl Registry {
         (session, token): (SessionId, Token),
         taken: u64,
         most: usize,
-    ) -> Result<(SessionEntry, Reserved<'_>), LiveError> {
+    ) -> Result<SessionEntry, LiveError> {
         let mut tables = self.tables();
         tables.check_room(most)?;
         let entry = SessionEntry {
@@ -206,18 +208,12 @@ impl Registry {
             outbox: Arc::new(stage.outbox(taken)),
             quality: Arc::default(),
         };
-        tables.sessions.insert(entry.session, entry.clone());
-        let what = Some(Place::Session(entry.session));
-        Ok((entry, Reserved { registry: self, what }))
+        tables.add_session(&entry);
+        Ok(entry)
     }
 
     pub(super) fn session(&self, session: SessionId) -> Option<SessionEntry> {
         self.tables().sessions.get(&session).cloned()
-    }
-
-    /// All sessions.
-    pub(super) fn sessions(&self) -> Vec<SessionId> {
-        self.tables().sessions.keys().copied().collect()
     }
 
     /// Whether anybody is here.
@@ -235,8 +231,9 @@ impl Registry {
     pub(super) fn anybody(&self, stage: &StageHandle, token: Option<Token>) -> Result<Token, LiveError> {
         let token = token.ok_or(LiveError::NoToken)?;
         let tables = self.tables();
-        let driven = |mover: &MoverEntry| mover.token == token && mover.stage.is(stage);
-        if tables.movers.values().any(driven) || tables.session_of(stage, token).is_some() {
+        let here = |object: &ObjectId| tables.movers.get(object).is_some_and(|mover| mover.stage.is(stage));
+        let mut movers = tables.movers_by_token.get(&token).into_iter().flatten();
+        if movers.any(here) || tables.session_of(stage, token).is_some() {
             Ok(token)
         } else {
             Err(LiveError::WrongToken("a session or a mover in this scene".to_owned()))
@@ -245,9 +242,7 @@ impl Registry {
 
     /// Forgets a session; whoever reads its events hears the end.
     pub(super) fn end_session(&self, session: SessionId) {
-        if let Some(entry) = self.tables().sessions.remove(&session) {
-            entry.outbox.close();
-        }
+        self.tables().remove_session(session);
     }
 
     pub(super) fn new_mover(
@@ -256,7 +251,7 @@ impl Registry {
         (object, token): (ObjectId, Option<Token>),
         stays: bool,
         settings: &LiveSettings,
-    ) -> Result<(Token, Reserved<'_>), LiveError> {
+    ) -> Result<Token, LiveError> {
         let token = token.map_or_else(Token::random, Ok)?;
         let mut tables = self.tables();
         if tables.movers.len() >= settings.movers {
@@ -268,8 +263,7 @@ impl Registry {
             return Err(LiveError::Full { what, most });
         }
         tables.add_mover(object, token, stage, stays);
-        let what = Some(Place::Mover(object));
-        Ok((token, Reserved { registry: self, what }))
+        Ok(token)
     }
 
     /// A mover is back that was there before. Refused when another one of its id lives here.
@@ -318,24 +312,21 @@ impl Registry {
     }
 
     pub(super) fn end_mover(&self, object: ObjectId) {
-        let mut tables = self.tables();
-        let ended = tables.movers.remove(&object);
-        tables.staying -= usize::from(ended.is_some_and(|mover| mover.stays));
+        self.tables().remove_mover(object);
     }
 
     /// Forgets everybody in a scene whose task has ended.
     pub(super) fn end_stage(&self, stage: &StageHandle) {
         let mut tables = self.tables();
         tables.stages.retain(|_, other| !other.is(stage));
-        tables.movers.retain(|_, mover| !mover.stage.is(stage));
-        tables.staying = tables.movers.values().filter(|mover| mover.stays).count();
-        tables.sessions.retain(|_, entry| {
-            let ours = entry.stage.is(stage);
-            if ours {
-                entry.outbox.close();
-            }
-            !ours
-        });
+        let movers = tables.movers.iter().filter(|(_, mover)| mover.stage.is(stage));
+        for object in movers.map(|(object, _)| *object).collect::<Vec<_>>() {
+            tables.remove_mover(object);
+        }
+        let sessions = tables.sessions.values().filter(|entry| entry.stage.is(stage));
+        for session in sessions.map(|entry| entry.session).collect::<Vec<_>>() {
+            tables.remove_session(session);
+        }
     }
 }
 
@@ -353,15 +344,39 @@ mod tests {
             let entered = registry.new_session(&stage, (SessionId(i), token), 0, ROOM);
             match entered {
                 // Some do not wait for an answer: what was kept for them is given back.
-                Ok((_, reserved)) if i % 2 == 0 => drop(reserved),
-                Ok((_, reserved)) => {
-                    reserved.keep();
-                    let_in += 1;
-                }
+                Ok(entry) if i % 2 == 0 => registry.end_session(entry.session),
+                Ok(_) => let_in += 1,
                 Err(refused) => assert!(matches!(refused, LiveError::Full { most: ROOM, .. }), "{refused}"),
             }
         }
         assert_eq!((let_in, registry.tables().sessions.len()), (ROOM, ROOM));
         assert!(registry.check_room(ROOM).is_err() && registry.check_room(ROOM + 1).is_ok());
+    }
+    #[test]
+    fn a_token_is_known_where_and_as_long_as_somebody_has_it() {
+        let registry = Registry::default();
+        let [row, hall] = ["row", "hall"].map(|scene| StageHandle::new(scene.parse().unwrap()).0);
+        let [one, two, three] = std::array::from_fn(|_| Token::random().unwrap());
+        let settings = LiveSettings::default();
+        let known = |stage, token| registry.anybody(stage, Some(token)).is_ok();
+        for object in [1, 2] {
+            let new = registry.new_mover(&row, (ObjectId(object), Some(one)), false, &settings);
+            new.unwrap();
+        }
+        registry
+            .new_mover(&hall, (ObjectId(3), Some(two)), true, &settings)
+            .unwrap();
+        registry.new_session(&row, (SessionId(7), three), 0, 1).unwrap();
+        assert!(known(&row, one) && known(&hall, two) && known(&row, three));
+        assert!(!known(&hall, one) && !known(&row, two) && !known(&hall, three));
+        registry.end_mover(ObjectId(1));
+        assert!(known(&row, one), "another one has it");
+        registry.end_mover(ObjectId(2));
+        registry.end_session(SessionId(7));
+        assert!(!known(&row, one) && !known(&row, three));
+        registry.end_stage(&hall);
+        assert!(!known(&hall, two));
+        let tables = registry.tables();
+        assert!(tables.movers_by_token.is_empty() && tables.sessions_by_token.is_empty() && tables.staying == 0);
     }
 }

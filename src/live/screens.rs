@@ -1,16 +1,19 @@
 //! What do closed doors hide? Proofs take milliseconds, so they are found beside the scene's task, which takes note of each
-//! as soon as it is there; one batch at a time for each scene.
+//! as soon as it is there; one at a time for each scene, so that each question is of how doors stand when its turn has come.
 
-use std::sync::Arc;
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use belvedere_live::{
     cells::{Cell, Hidden},
     world::Unscreened,
 };
-use belvedere_scene::{CellId, ObjectId};
+use belvedere_scene::{CellId, ObjectId, Revision};
 
 use super::message::{Message, StageHandle};
-use crate::published::{Blockers, Published, ReadError};
+use crate::published::{Published, ReadError};
 
 /// What cannot be seen from a cell.
 #[derive(Debug)]
@@ -23,47 +26,68 @@ pub(super) struct Screen {
     pub(super) hidden: Vec<Hidden>,
 }
 
-/// Answers questions about one revision, and tells the scene's task each answer and the end.
-pub(super) fn find(published: Arc<Published>, questions: Vec<Unscreened>, stage: StageHandle) {
+/// Answers a question about one revision, and tells the scene's task.
+pub(super) fn find(published: Arc<Published>, question: Unscreened, stage: StageHandle) {
     tokio::spawn(async move {
-        if let Err(error) = answer(&published, questions, &stage).await {
-            tracing::error!(%error, "doors hide nothing: what hides in the scene cannot be read");
-        }
-        // Who has ended needs no answers.
-        _ = stage.send(Message::ScreensFound).await;
+        let revision = published.pointer.revision;
+        let screen = answer(published, question).await;
+        // Who has ended needs no answer.
+        _ = stage.send(Message::Screen { revision, screen }).await;
     });
 }
 
-async fn answer(published: &Arc<Published>, questions: Vec<Unscreened>, stage: &StageHandle) -> Result<(), ReadError> {
-    let Some(blockers) = published.reader.blockers().await? else {
-        return Ok(());
-    };
-    for question in questions {
-        if !stage.runs() {
-            return Ok(());
+/// Of which revision it was told that what hides in it cannot be read. Each question finds that anew, and the log need not say so each
+/// time: it does once of each revision, and no more than once in [`TOLD_AGAIN`].
+#[derive(Debug, Default)]
+pub(super) struct Unreadable(Option<(Revision, Instant)>);
+
+/// Between two lines of the log about one scene.
+const TOLD_AGAIN: Duration = Duration::from_secs(60);
+
+impl Unreadable {
+    /// Whether that is to be told now.
+    pub(super) fn is_news(&mut self, revision: Revision, now: Instant) -> bool {
+        let told = self.0;
+        let is_news = told.is_none_or(|(of, at)| of != revision && now.duration_since(at) >= TOLD_AGAIN);
+        if is_news {
+            self.0 = Some((revision, now));
         }
-        let Some(screen) = prove(published, &blockers, question).await else {
-            return Ok(());
-        };
-        _ = stage.send(Message::Screen(screen)).await;
+        is_news
     }
-    Ok(())
 }
 
-/// `None` when the runtime is about to end.
-async fn prove(published: &Arc<Published>, blockers: &Arc<Blockers>, question: Unscreened) -> Option<Screen> {
-    let blockers = blockers.clone();
+/// `None` when nothing hides in the scene, or the runtime is about to end.
+async fn answer(published: Arc<Published>, question: Unscreened) -> Result<Option<Screen>, ReadError> {
+    let Some(blockers) = published.reader.blockers().await? else {
+        return Ok(None);
+    };
     let proved = tokio::task::spawn_blocking(move || {
         let region = |shape: &Cell| blockers.region(&shape.bounds, &shape.planes);
         let others = question.others.iter().map(|(cell, shape)| (*cell, region(shape)));
         let hidden = blockers.screened(&region(&question.shape), &others.collect::<Vec<_>>(), &question.closed);
-        (question, hidden)
+        Screen {
+            published,
+            cell: question.cell,
+            closed: question.closed,
+            hidden,
+        }
     });
-    let (question, hidden) = proved.await.ok()?;
-    Some(Screen {
-        published: published.clone(),
-        cell: question.cell,
-        closed: question.closed,
-        hidden,
-    })
+    Ok(proved.await.ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn that_screens_cannot_be_read_is_told_once_of_each_revision_and_seldom() {
+        let (mut told, start) = (Unreadable::default(), Instant::now());
+        let after = |s| start + Duration::from_secs(s);
+        let [old, new] = [[1; 8], [2; 8]].map(Revision);
+        assert!(told.is_news(old, start));
+        assert!([1, 100, 100_000].iter().all(|s| !told.is_news(old, after(*s))));
+        assert!(told.is_news(new, after(100_001)));
+        assert!(!told.is_news(old, after(100_002)), "they take turns");
+        assert!(told.is_news(old, after(100_061)));
+    }
 }

@@ -11,7 +11,7 @@ use belvedere_scene::SceneName;
 
 use super::{
     EventReader, LiveError, ask,
-    message::{Message, StageHandle},
+    message::{Message, StageHandle, Step},
     outbox::Outbox,
     quality::{NoShare, Reported},
 };
@@ -39,7 +39,7 @@ impl SessionHandle {
     /// When the rules refuse it, or poses come too fast.
     pub async fn pose(&self, sent: Sent) -> Result<Seen, LiveError> {
         let session = self.session;
-        ask(&self.stage, |reply| Message::Pose { session, sent, reply }).await?
+        ask(&self.stage, |reply| Message::Step(Step::Pose { session, sent, reply })).await?
     }
 
     /// Changes how far the participant looks.
@@ -48,7 +48,7 @@ impl SessionHandle {
     /// When the rules refuse it.
     pub async fn set_aoi(&self, aoi: Aoi) -> Result<(), LiveError> {
         let session = self.session;
-        ask(&self.stage, |reply| Message::Aoi { session, aoi, reply }).await?
+        ask(&self.stage, |reply| Message::Step(Step::Aoi { session, aoi, reply })).await?
     }
 
     /// Takes note of the share of what can be seen that the participant has downloaded.
@@ -65,7 +65,7 @@ impl SessionHandle {
     /// When the scene's task does not answer.
     pub async fn close(&self) -> Result<(), LiveError> {
         let session = self.session;
-        ask(&self.stage, |reply| Message::Close { session, reply }).await
+        ask(&self.stage, |reply| Message::Step(Step::Close { session, reply })).await
     }
 
     /// What the session is told, from the event after `last_seen` on. Ends an earlier stream of the same session.

@@ -1,7 +1,8 @@
 //! What stands around a participant? For clients that read no cells: infos of the objects that can be seen from the
 //! participant's cell and that its area of interest reaches, each told once.
 //!
-//! One task for each session that asked for it, since it reads blobs; it waits while the session has much to hear still.
+//! One task for each session that asked for it, since it reads blobs; it waits while the session has much to hear still, and what it
+//! tells stands aside of all else (`super::outbox`).
 
 use std::{collections::BTreeSet, sync::Arc, time::Duration};
 
@@ -21,6 +22,15 @@ pub(super) struct View {
     pub(super) enter_m: f64,
     /// What was told in an earlier round is void.
     pub(super) round: u64,
+}
+
+impl View {
+    /// The scene was published anew, with all doors open.
+    pub(super) fn turn_to(&mut self, published: Arc<Published>) {
+        self.published = published;
+        self.closed.clear();
+        self.round += 1;
+    }
 }
 
 /// Between two looks.
@@ -43,7 +53,9 @@ pub(super) async fn tell(mut view: watch::Receiver<View>, outbox: Arc<Outbox>) {
                     while !outbox.has_room() && view.has_changed().is_ok() {
                         tokio::time::sleep(PAUSE).await;
                     }
-                    if view.borrow().round != round {
+                    // Nobody changes the view while this is told.
+                    let current = view.borrow();
+                    if current.round != round {
                         break;
                     }
                     outbox.push(&Event::ObjectInfo(Box::new(info)));

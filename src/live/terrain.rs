@@ -46,14 +46,40 @@ impl Terrain {
         Ok(sights)
     }
 
-    /// What can be seen into from wherever somebody stands.
-    pub(super) async fn sights_around(
-        &self,
-        ground: &Ground,
-        eyes: impl Iterator<Item = Ball>,
-    ) -> Result<Vec<Sight>, ReadError> {
-        let cells = Cells::new(ground.cells.clone());
-        let under: BTreeSet<_> = eyes.flat_map(|eye| cells.under(&eye)).collect();
-        self.sights(under.into_iter().collect()).await
+    /// All that must be known before people who stand here go on with this revision.
+    pub(super) async fn prospect(&self, eyes: &[Ball]) -> Result<Prospect, ReadError> {
+        let ground = self.ground().await?;
+        let mut prospect = Prospect {
+            cells: Cells::new(ground.cells.clone()),
+            ground,
+            sights: Vec::new(),
+        };
+        self.look_around(&mut prospect, eyes).await?;
+        Ok(prospect)
+    }
+
+    /// Looks from where nobody stood before.
+    pub(super) async fn look_around(&self, prospect: &mut Prospect, eyes: &[Ball]) -> Result<(), ReadError> {
+        for (cell, sees) in self.sights(prospect.unknown_under(eyes)).await? {
+            prospect.cells.learn(cell, &sees);
+            prospect.sights.push((cell, sees));
+        }
+        Ok(())
+    }
+}
+
+/// A revision that people are about to go on with.
+#[derive(Debug)]
+pub(super) struct Prospect {
+    pub(super) ground: Ground,
+    pub(super) sights: Vec<Sight>,
+    cells: Cells,
+}
+
+impl Prospect {
+    /// From where it is not known yet what is seen.
+    pub(super) fn unknown_under(&self, eyes: &[Ball]) -> Unknown {
+        let unknown: BTreeSet<_> = eyes.iter().flat_map(|eye| self.cells.unknown_under(eye)).collect();
+        unknown.into_iter().collect()
     }
 }

@@ -3,8 +3,10 @@
 //! [`bake`] imports a file and writes its blobs into the data folder; the catalogue then moves the scene's pointer in
 //! one transaction. A crash anywhere before leaves the old revision served and nothing but blobs that `gc` collects.
 
+mod alone;
 pub(crate) mod data;
 mod found;
+mod owner;
 mod patience;
 pub(crate) mod report;
 pub(crate) mod rollback;
@@ -36,17 +38,20 @@ use self::{
     patience::{ANSWER, Patience, answered},
     report::Report,
     rollback::whole,
-    source_files::{SourceFolder, TooLarge, read_named},
+    source_files::{SourceFolder, TooLarge, find_named, read_named},
 };
 use crate::{
-    db::{Claim, NewRevision},
+    db::{Claim, NewRevision, PREVIEW_OF},
     progress::BakeProgress,
     store::StoreError,
     worlds,
 };
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 25;
+const BAKE_VERSION: u32 = 27;
+
+/// So long a scene's name for people may be.
+pub(crate) const MOST_TITLE_BYTES: usize = 200;
 
 /// What to bake, and under which name.
 #[derive(Debug)]
@@ -78,6 +83,14 @@ impl BakeInput {
         match self {
             Self::File(path) => path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             Self::BuiltIn(file) => (*file).to_owned(),
+        }
+    }
+
+    /// Fails when the main file is not there.
+    pub(crate) fn find(&self) -> anyhow::Result<()> {
+        match self {
+            Self::File(path) => find_named(path).map(drop),
+            Self::BuiltIn(_) => Ok(()),
         }
     }
 
@@ -129,6 +142,7 @@ pub(crate) async fn bake(
 ) -> anyhow::Result<Report> {
     let patience = Patience::new(progress.clone());
     let no_gc = patience.wait(|| data.lock_for_writing()).await?;
+    patience.wait(|| data.own_new_store()).await?;
     let key = source_key(&request);
     if !request.again
         && let Some(report) = patience.wait(|| unchanged(data, &request, &key)).await?
@@ -184,13 +198,15 @@ fn run(
     let read = files.into_read();
     let title = request
         .title
-        .or_else(|| imported.scene.title.clone())
+        .or_else(|| imported.scene.title.as_deref().and_then(one_line))
         .unwrap_or_else(|| {
             Path::new(&file_name)
                 .file_stem()
                 .unwrap_or_default()
                 .to_string_lossy()
-                .into_owned()
+                .chars()
+                .filter(|c| !c.is_control())
+                .collect()
         });
     let source = Source {
         scene: imported.scene,
@@ -205,7 +221,7 @@ fn run(
         // Under another key, so that whoever bakes next goes on.
         let report = publisher
             .publish(
-                &format!("first of {}", publisher.key),
+                &format!("{PREVIEW_OF}{}", publisher.key),
                 written,
                 &sources,
                 Report::of(&publisher.scene, written, Vec::new(), progress),
@@ -349,7 +365,32 @@ fn same_files(request: &Request, sources: &[(String, String)]) -> anyhow::Result
     Ok(beside.iter().all(|(name, hash)| known(files.hash_of(name)) == *hash))
 }
 
+/// A title that a file gives itself, as one that is given with it must be; none where nothing is left.
+fn one_line(title: &str) -> Option<String> {
+    let title: String = title.chars().filter(|c| !c.is_control()).collect();
+    let title = title.trim();
+    let title = &title[..title.floor_char_boundary(MOST_TITLE_BYTES)];
+    (!title.is_empty()).then(|| title.to_owned())
+}
+
 /// How the catalogue notes a file: its hash, or that it could not be read.
 fn known(hash: Option<BlobHash>) -> String {
     hash.map_or_else(|| "absent".to_owned(), |hash| hash.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_title_is_one_line_that_controls_nothing() {
+        assert_eq!(one_line("A town").as_deref(), Some("A town"));
+        assert_eq!(
+            one_line("\u{1b}]0;owned\u{7} town\n\u{9b}").as_deref(),
+            Some("]0;owned town")
+        );
+        assert_eq!(one_line(" \n\u{1b} "), None);
+        let long = one_line(&"é".repeat(MOST_TITLE_BYTES)).unwrap();
+        assert_eq!(long.len(), MOST_TITLE_BYTES);
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use belvedere_bake::{defect::Defect, records::Written};
+use belvedere_bake::{defect::Defect, growable::Growable, records::Written};
 use belvedere_scene::{
     SceneName,
     manifest::{PackSummary, RecordSizes},
@@ -26,6 +26,9 @@ pub(crate) struct Report {
     /// What it costs to enter a cell.
     #[serde(default)]
     pub(crate) packs: PackSummary,
+    /// Which of its models clients can grow from rules.
+    #[serde(default)]
+    pub(crate) growable: Growable,
     /// Whether the manifest lists every object because the world is small.
     pub(crate) whole: bool,
     pub(crate) bytes: BTreeMap<String, u64>,
@@ -65,6 +68,7 @@ impl Report {
             },
             records: manifest.records.into(),
             packs: manifest.packs,
+            growable: written.growable,
             whole: manifest.whole.is_some(),
             bytes: manifest.bytes.clone(),
             seconds,
@@ -130,6 +134,9 @@ pub(crate) struct DefectReport {
     pub(crate) kind: String,
     pub(crate) count: u64,
     pub(crate) first: String,
+    /// Further places, of kinds of which all are named.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) others: Vec<String>,
 }
 
 impl From<Defect> for DefectReport {
@@ -138,6 +145,7 @@ impl From<Defect> for DefectReport {
             kind: defect.kind.to_owned(),
             count: defect.count,
             first: defect.first,
+            others: defect.others,
         }
     }
 }

@@ -46,7 +46,8 @@ pub(crate) enum RollbackError {
     Unavailable(#[from] anyhow::Error),
 }
 
-/// Moves a scene's pointer to a revision, or to the one that was published before the current one.
+/// Moves a scene's pointer to a revision, or to the one that was published before the current one. A preview is none of these: it is
+/// of the bake that went on after it, which may be the very one that is to be undone.
 pub(crate) async fn roll_back(
     catalogue: &Catalogue,
     store: &BlobStore,
@@ -62,7 +63,7 @@ pub(crate) async fn roll_back(
         Some(revision) => return Err(no_revision(scene, revision, &kept)),
         // Newest first, so the next one is the one before.
         None => {
-            let before = kept.get(current + 1);
+            let before = kept[current + 1..].iter().find(|kept| !kept.preview);
             before.ok_or_else(|| RollbackError::NoEarlier(scene.clone()))?.revision
         }
     };

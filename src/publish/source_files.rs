@@ -4,6 +4,7 @@
 
 use std::{
     borrow::Cow,
+    fs::Metadata,
     io::Read,
     path::{Path, PathBuf},
     sync::Mutex,
@@ -146,13 +147,20 @@ impl TooLarge {
     }
 }
 
+/// That a file which somebody named is there and a regular one; what else is known of it.
+pub(crate) fn find_named(path: &Path) -> anyhow::Result<Metadata> {
+    // Asked before it is opened, which would wait for who writes into a pipe.
+    let about = std::fs::metadata(path).with_context(|| format!("cannot read {}", path.display()))?;
+    anyhow::ensure!(!about.is_dir(), "{} is a folder: name the file in it", path.display());
+    anyhow::ensure!(about.is_file(), "{} is not a regular file", path.display());
+    Ok(about)
+}
+
 /// A file that somebody named: a regular one, of at most so many bytes; `of` says what sets that limit. [`TooLarge`] when it has more.
 pub(crate) fn read_named(path: &Path, (limit, of): (u64, &'static str)) -> anyhow::Result<Vec<u8>> {
     let shown = path.display();
     let cannot = || format!("cannot read {shown}");
-    // Asked before it is opened, which would wait for who writes into a pipe.
-    let about = std::fs::metadata(path).with_context(cannot)?;
-    anyhow::ensure!(about.is_file(), "{shown} is not a regular file");
+    let about = find_named(path)?;
     let too_large = |found: String| TooLarge {
         file: shown.to_string(),
         found,
@@ -205,10 +213,9 @@ mod tests {
         );
         let endless = folder.path().join("endless.dcg");
         std::os::unix::fs::symlink("/dev/zero", &endless).unwrap();
-        for no_file in [folder.path(), &endless] {
-            let error = read_named(no_file, (11, "a test")).unwrap_err().to_string();
-            assert!(error.ends_with("is not a regular file"), "{error}");
-        }
+        let refused = |path| read_named(path, (11, "a test")).unwrap_err().to_string();
+        assert!(refused(&endless).ends_with("is not a regular file"));
+        assert!(refused(folder.path()).ends_with("is a folder: name the file in it"));
         let error = read_named(&folder.path().join("b.dcg"), (11, "a test")).unwrap_err();
         assert!(error.to_string().starts_with("cannot read"), "{error}");
     }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use tokio::io::AsyncWriteExt;
 
+use super::alone::alone_in;
 use crate::store::{BlobStore, Bucket, BucketTree};
 
 /// Where a tree is written.
@@ -28,6 +29,14 @@ impl Target {
             "a tree is written into a folder or a bucket, s3://bucket/prefix; got `{to}`"
         );
         Ok(Self::Folder(PathBuf::from(to)))
+    }
+
+    /// Waits until nobody else writes into the folder, as long as the file is held. A bucket has no such lock.
+    pub(super) async fn alone(&self) -> anyhow::Result<Option<std::fs::File>> {
+        match self {
+            Self::Folder(folder) => Ok(Some(alone_in(folder).await?)),
+            Self::Bucket(..) => Ok(None),
+        }
     }
 
     /// Where its blobs go.

@@ -41,9 +41,14 @@ pub(crate) async fn write(
     mut wrote: impl FnMut(u64, u64),
 ) -> anyhow::Result<TreeReport> {
     let _no_gc = data.lock_for_writing().await?;
+    // What was published while others wrote is what is to be written.
+    let _alone = to.alone().await?;
     let pointer = data.baked(scene).await?.pointer;
     let blobs = data.catalogue().blobs_of(scene, pointer.revision).await?;
     let target = to.open_store().await?;
+    for file in target.unfinished().await? {
+        file.remove().await?;
+    }
     let mut report = TreeReport {
         scene: scene.to_string(),
         revision: pointer.revision.to_string(),

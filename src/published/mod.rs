@@ -10,6 +10,7 @@ mod privacy;
 mod question;
 mod reader;
 mod screening;
+mod shown;
 
 use std::{
     collections::BTreeMap,
@@ -20,7 +21,6 @@ use std::{
     time::Duration,
 };
 
-use anyhow::Context;
 use belvedere_scene::{
     BlobHash, BlobName, SceneName,
     pointer::{Pointer, SceneList},
@@ -34,12 +34,10 @@ pub use privacy::Privacy;
 pub use question::{Blockers, NoDoor, NotHidden, Question};
 pub use reader::{DecodedCache, ObjectPage, ReadError, SceneReader, VisibleObject, VisiblePage};
 
-use crate::{
-    db::{Catalogue, PATIENCE},
-    store::BlobStore,
-};
+use crate::{db::Catalogue, store::BlobStore};
 use asking::Asking;
-use privacy::Reading;
+use privacy::{Needs, Reading};
+use shown::Shown;
 
 /// The bytes of a scene's pointer document, the same on the server and in a static tree.
 #[must_use]
@@ -116,31 +114,24 @@ impl Publications {
         poll: Duration,
         stopping: CancellationToken,
     ) -> anyhow::Result<Self> {
-        let decoded = Arc::new(DecodedCache::default());
         let first = Reading::of(&catalogue).await?;
-        let privacy = first.privacy(&catalogue).await?;
-        let (sender, current) = watch::channel(Arc::new(snapshot(first.pointers, privacy, None, &blobs, &decoded)));
-        let all_public = Arc::new(AtomicBool::new(current.borrow().privacy.is_empty()));
-        let all_are_public = all_public.clone();
+        let needs = Needs::read(&catalogue, first.unknown_first(&Privacy::default()), |_, _| {}).await?;
+        let privacy = Privacy::of(&first, &needs)?;
+        let (shown, current) = Shown::new(blobs, first.pointers, privacy);
+        let all_public = shown.all_public.clone();
         let up_to_date = Arc::new(AtomicBool::new(true));
         let answers = up_to_date.clone();
         let (asking, mut asked) = asking::asking();
         let polling = async move {
             loop {
                 let _waiting = asked.wait(poll).await;
-                let last = sender.borrow().clone();
-                match newer(&catalogue, &last).await {
-                    Ok(newer) => {
+                match shown.follow(&catalogue, poll).await {
+                    Ok(changed) => {
                         if !answers.swap(true, Ordering::Relaxed) {
                             tracing::info!("the catalogue answers again");
                         }
-                        if let Some((pointers, privacy)) = newer {
-                            tracing::info!(scenes = pointers.len(), "what is published has changed");
-                            let all_public = privacy.is_empty();
-                            // What has become private is so before anybody hears of it.
-                            all_are_public.fetch_and(all_public, Ordering::Release);
-                            sender.send_replace(Arc::new(snapshot(pointers, privacy, Some(&last), &blobs, &decoded)));
-                            all_are_public.store(all_public, Ordering::Release);
+                        if let Some(scenes) = changed {
+                            tracing::info!(scenes, "what is published has changed");
                         }
                     }
                     Err(error) => {
@@ -195,6 +186,17 @@ impl Publications {
         self.all_public.load(Ordering::Acquire) || self.current.borrow().privacy.is_public(blob)
     }
 
+    /// Who may read what, once that is known: a scene that has become private a moment ago is private before it is known what
+    /// it needs.
+    pub async fn privacy(&self) -> Arc<Privacy> {
+        let mut current = self.current.clone();
+        match current.wait_for(|snapshot| snapshot.privacy.is_known()).await {
+            Ok(snapshot) => snapshot.privacy.clone(),
+            // The server stops.
+            Err(_) => self.current().privacy.clone(),
+        }
+    }
+
     /// A scene of the newest snapshot, private or not.
     #[must_use]
     pub fn scene(&self, name: &SceneName) -> Option<Arc<Published>> {
@@ -217,50 +219,4 @@ impl Snapshot {
         let seen: Vec<_> = pointers.filter(|pointer| may_see(&pointer.scene)).cloned().collect();
         Document::new(scene_list_bytes(&crate::db::scene_list(&seen)))
     }
-}
-
-/// What the catalogue says, if that is something else than before.
-async fn newer(catalogue: &Catalogue, last: &Snapshot) -> anyhow::Result<Option<(Vec<Pointer>, Arc<Privacy>)>> {
-    let read = tokio::time::timeout(PATIENCE, newest(catalogue, last)).await;
-    read.context("the catalogue does not answer")?
-}
-
-async fn newest(catalogue: &Catalogue, last: &Snapshot) -> anyhow::Result<Option<(Vec<Pointer>, Arc<Privacy>)>> {
-    let read = Reading::of(catalogue).await?;
-    if last.shows(&read) {
-        return Ok(None);
-    }
-    let privacy = read.privacy(catalogue).await?;
-    Ok(Some((read.pointers, privacy)))
-}
-
-/// Scenes whose pointer did not move are taken over from the last snapshot.
-fn snapshot(
-    pointers: Vec<Pointer>,
-    privacy: Arc<Privacy>,
-    last: Option<&Snapshot>,
-    blobs: &BlobStore,
-    decoded: &Arc<DecodedCache>,
-) -> Snapshot {
-    let publish = |pointer: Pointer| {
-        let known = last.and_then(|last| last.scenes.get(&pointer.scene));
-        let published = known
-            .filter(|known| known.pointer == pointer)
-            .cloned()
-            .unwrap_or_else(|| {
-                Arc::new(Published {
-                    document: Document::new(pointer_bytes(&pointer)),
-                    reader: SceneReader::new(pointer.manifest.clone(), blobs.clone(), decoded.clone()),
-                    pointer,
-                })
-            });
-        (published.pointer.scene.clone(), published)
-    };
-    let mut snapshot = Snapshot {
-        list: Document::new(vec![]),
-        scenes: pointers.into_iter().map(publish).collect(),
-        privacy,
-    };
-    snapshot.list = snapshot.list_of(|scene| !snapshot.privacy.is_private(scene));
-    snapshot
 }

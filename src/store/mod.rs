@@ -26,6 +26,7 @@ mod first_bytes;
 mod forms;
 mod loading;
 mod open;
+mod owner;
 mod seals;
 mod sync;
 mod tree;
@@ -65,7 +66,8 @@ use crate::{media, spread::Spread};
 /// The largest blob that can be stored.
 pub const MAX_BLOB_BYTES: u64 = 256 << 20;
 
-/// A file that every store has, so that an empty store can be told from one that is gone (an unmounted disk).
+/// A file that every store has, so that an empty store can be told from one that is gone (an unmounted disk), and that says
+/// whose it is.
 const MARKER: &str = "belvedere-store";
 
 /// What [`BlobStore::put`] did.

@@ -5,12 +5,11 @@ use std::{
     sync::{Arc, Mutex, atomic::AtomicU64},
 };
 
-use bytes::Bytes;
-use object_store::{ObjectStore, local::LocalFileSystem, path::Path as Key};
+use object_store::{ObjectStore, local::LocalFileSystem};
 use quick_cache::{OptionsBuilder, sync::Cache};
 
 use super::{
-    BlobStore, Bucket, Folder, Inner, MARKER, StoreError,
+    BlobStore, Bucket, Folder, Inner, StoreError,
     forms::ByBytes,
     io,
     seals::{self, Seals},
@@ -39,11 +38,7 @@ impl BlobStore {
             path: folder,
             opened: Arc::new(opened.into_std().await),
         };
-        let store = Self::over(Arc::new(local), Some(folder), cache_bytes);
-        if store.probe().await.is_err() {
-            store.mark().await?;
-        }
-        Ok(store)
+        Self::over(Arc::new(local), Some(folder), cache_bytes).marked().await
     }
 
     /// The store below `o/` of a place in a bucket, which must be there.
@@ -51,16 +46,28 @@ impl BlobStore {
     /// # Errors
     /// When the bucket does not answer, or not to these keys.
     pub async fn open_bucket(bucket: &Bucket, cache_bytes: u64) -> Result<Self, StoreError> {
-        let store = Self::over(bucket.open("o")?, None, cache_bytes);
-        match store.probe().await {
+        Self::open_over(bucket.open("o")?, cache_bytes).await
+    }
+
+    /// The store over whatever keeps objects by name, holding up to `cache_bytes` in memory.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub async fn open_over(objects: Arc<dyn ObjectStore>, cache_bytes: u64) -> Result<Self, StoreError> {
+        Self::over(objects, None, cache_bytes).marked().await
+    }
+
+    /// A store that has no marker yet gets one, which names nobody.
+    async fn marked(self) -> Result<Self, StoreError> {
+        match self.probe().await {
             Ok(()) => {}
-            // What else is wrong is no reason to write.
+            // What else is wrong is no reason to write: the marker may say whose the store is.
             Err(StoreError::Io { cause, .. }) if matches!(*cause, object_store::Error::NotFound { .. }) => {
-                store.mark().await?;
+                self.mark().await?;
             }
             Err(error) => return Err(error),
         }
-        Ok(store)
+        Ok(self)
     }
 
     /// Whether a bucket is there and opens to these keys; changes nothing in it.
@@ -72,11 +79,6 @@ impl BlobStore {
         listed
             .map(drop)
             .map_err(|source| io("list its blobs".to_owned(), source))
-    }
-
-    async fn mark(&self) -> Result<(), StoreError> {
-        let text = Bytes::from_static(b"Immutable objects, named by the SHA-256 of their content.\n");
-        self.write(&Key::from(MARKER), text).await
     }
 
     /// The store over any folder or bucket that has been opened before, holding up to `cache_bytes` in memory.

@@ -296,3 +296,33 @@ fn what_is_no_recording_is_refused() {
     let message = data.fails(&["audit", "none.rec"]);
     assert!(message.contains("none.rec"), "{message}");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_was_recorded_is_judged_by_its_own_revision_as_long_as_that_is_kept() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve_with(&["--record", "live.rec"]);
+    let [west, east] = [[2.5, 2.5], [6.5, 2.5]];
+    let (a, b) = (enter(&server, "rooms", west).await, enter(&server, "rooms", east).await);
+    let mut hears = a.listen().await;
+    hears.wait("object-info").await;
+    wander(&[(&a, west), (&b, east)], 0..10).await;
+    server.kill();
+    // There is other geometry by now.
+    data.bake(&data.write("rooms.glb", two_rooms()), "rooms");
+    let (clean, report) = audit(&data, "live.rec");
+    assert!(clean, "{report:#}");
+    assert!(sum(&report, "told") > 0 && sum(&report, "cells") > 0, "{report:#}");
+    assert_eq!(sum(&report, "ticks_not_looked_at"), 0, "{report:#}");
+
+    data.ok(&["gc", "--keep", "1"]);
+    let (clean, report) = audit(&data, "live.rec");
+    assert!(clean, "{report:#}");
+    assert!(sum(&report, "ticks") > 0);
+    assert_eq!(sum(&report, "ticks_not_looked_at"), sum(&report, "ticks"));
+    let said = data.ok(&["audit", "live.rec"]);
+    let last = said.trim_end().lines().last().expect("a line");
+    assert!(last.starts_with("nothing was judged"), "{said}");
+    let message = data.fails(&["audit", "live.rec", "--fail-on-undecided"]);
+    assert!(message.contains("nothing was judged"), "{message}");
+}

@@ -119,6 +119,13 @@ fn settings_are_checked_without_serving_and_without_a_trace() {
     }
     let said = says(&["--node", "eu-1", "--otlp-sample-percent", "5"]);
     assert!(said.contains(" eu-1\n") && said.contains(" 5\n"), "{said}");
+    let both = data.write("both.toml", "data = \"elsewhere\"\nmax_bakes = 2");
+    let said = says(&["--config", both.to_str().expect("UTF-8")]);
+    let nothing: Vec<_> = said.lines().filter(|line| line.contains(" does nothing: ")).collect();
+    assert!(
+        matches!(nothing[..], [line] if line.starts_with("data of ") && line.contains("BELVEDERE_DATA goes before it")),
+        "{said}"
+    );
     assert!(!data.path().exists(), "it made the data folder");
     let path = |path: std::path::PathBuf| path.to_str().expect("UTF-8").to_owned();
     let file = path(data.write("belvedere.toml", "max_bakes = 99"));
@@ -131,6 +138,12 @@ fn settings_are_checked_without_serving_and_without_a_trace() {
     );
     says(&["--record", &path(data.folder("record"))]);
     assert!(!data.folder("record").exists(), "it made the recording");
+    refuses(&["--record", &file], "it is no recording of this version");
+    let part = path(data.write("part", "BVRE"));
+    says(&["--record", &part]);
+    let half = data.folder("half");
+    data.write("half/o", "x");
+    refuses(&["--data", &path(half)], "blobs cannot be kept in");
     refuses(&["--tls-cert", &file], "`tls_key` is missing");
     refuses(&["--tls-cert", &file, "--tls-key", &file], "holds no certificate");
     refuses(&["--store", "bucket"], "s3://bucket/prefix");
@@ -149,6 +162,50 @@ fn settings_are_checked_without_serving_and_without_a_trace() {
     let hidden = "postgres://me:hush@127.0.0.1:1/db";
     let told = data.fails(&["serve", "--check-config", "--database", hidden]);
     assert!(told.contains("127.0.0.1:1/db") && !told.contains("hush"), "{told}");
+}
+
+/// Bits of permission say that somebody may write, and not that this user may.
+#[cfg(unix)]
+#[test]
+fn a_folder_that_others_alone_may_write_is_told() {
+    use std::os::unix::{fs::PermissionsExt, process::CommandExt};
+
+    /// Whoever this is owns nothing.
+    const NOBODY: u32 = 65534;
+    let data = Data::new();
+    let set = |path: &std::path::Path, mode| {
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).expect("the mode is set");
+    };
+    let refused = |more: &[&str]| {
+        let mut check = data.command(&[&["serve", "--listen", "127.0.0.1:0", "--check-config"], more].concat());
+        // Root may write everywhere.
+        if std::os::unix::fs::MetadataExt::uid(&std::fs::metadata(data.path()).expect("a folder")) == 0 {
+            check.uid(NOBODY).gid(NOBODY);
+        }
+        let told = check.output().expect("the program runs");
+        (
+            told.status.success(),
+            String::from_utf8_lossy(&told.stderr).into_owned(),
+        )
+    };
+    std::fs::create_dir(data.path()).expect("a folder");
+    let catalogue = data.write("data/catalogue.sqlite", "");
+    set(&data.folder(""), 0o755);
+    set(&data.path(), 0o575);
+    let (fine, told) = refused(&[]);
+    assert!(!fine && told.contains("`data` cannot be written"), "{told}");
+    set(&data.path(), 0o777);
+    set(&catalogue, 0o464);
+    let (fine, told) = refused(&[]);
+    assert!(!fine && told.contains("`data` cannot be written"), "{told}");
+    std::fs::remove_file(catalogue).expect("it goes");
+    let narrow = data.write("narrow/file", "");
+    let narrow = narrow.parent().expect("a folder");
+    set(narrow, 0o575);
+    let (fine, told) = refused(&["--record", narrow.join("record").to_str().expect("UTF-8")]);
+    assert!(!fine && told.contains("`record` cannot be used"), "{told}");
+    let (fine, told) = refused(&[]);
+    assert!(fine, "{told}");
 }
 
 #[test]

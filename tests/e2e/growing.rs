@@ -38,7 +38,11 @@ fn grow_writes_a_glb_and_says_what_it_took() {
     let glb = gltf::Gltf::open(out).expect("a valid GLB");
     assert_eq!((glb.nodes().count(), glb.meshes().count()), (6, 3));
     assert!(data.ok(&["grow", &file]).contains("used 1 of 64 levels"));
-    assert!(data.ok(&["inspect", &file]).contains("6 objects of 3 models"));
+    let inspected = data.ok(&["inspect", &file]);
+    assert!(
+        inspected.contains("6 objects of 3 models") && inspected.contains("3 of 3 models can be grown by clients\n"),
+        "{inspected}"
+    );
     // Triangles, objects and size of what is placed, of glTF files too.
     let yard = data.write(
         "yard.dcg",
@@ -75,6 +79,19 @@ fn grow_writes_a_glb_and_says_what_it_took() {
         let error = data.fails(&["grow", &file, "--set", argument]);
         assert!(error.contains(wanted) && error.contains("`--set`"), "{error}");
     }
+}
+
+#[test]
+fn grow_takes_rules_that_begin_with_a_brace_and_no_document() {
+    let data = Data::new();
+    let rules = data.write("brace.dcg", "{ box(1, 1, 1) }");
+    assert!(
+        data.ok(&["grow", rules.to_str().expect("UTF-8")])
+            .contains("12 triangles")
+    );
+    let document = data.write("document.dcg", r#"  {"scenes": [], "asset": {"version": "2.0"}}"#);
+    let error = data.fails(&["grow", document.to_str().expect("UTF-8")]);
+    assert!(error.contains("this is glTF or an archive"), "{error}");
 }
 
 #[test]
@@ -228,7 +245,11 @@ async fn populations_say_in_few_bytes_what_stands_where() {
     let bytes = scene.blob(&entry.url).await.expect("the population is there");
     assert_eq!(report["bytes"]["populations"], bytes.len());
     assert_eq!(report["bytes"]["rules"], HUT.len() + POST.len());
-    let population = Population::decode(&bytes, ObjectId(entry.first)).expect("a population");
+    assert_eq!(
+        (&report["growable"]["models"], &report["growable"]["alone"]),
+        (&3.into(), &3.into())
+    );
+    let population = Population::decode(&bytes, ObjectId(entry.first), entry.count).expect("a population");
     assert_eq!((population.rules.len(), population.recipes.len()), (2, 3));
     assert_eq!(population.members.len(), 6);
     for member in &population.members {

@@ -19,6 +19,8 @@ mod program;
 mod publishing;
 mod rambling;
 mod resuming;
+#[path = "../tools/scenes.rs"]
+mod scenes;
 mod smooth;
 mod standing_in;
 mod triangles;

@@ -2,11 +2,17 @@
 
 use std::time::Duration;
 
+use belvedere_client::HttpSource;
 use belvedere_scene::{Revision, SceneName};
+use serde_json::json;
 
 use crate::{
-    program::{Data, THREE_ROOMS},
-    wire::send,
+    boxes::two_rooms,
+    doors::{document, names},
+    live_wire::{Person, json as ask},
+    program::{Data, Server, THREE_ROOMS},
+    resuming::is_kept,
+    wire::{get, send},
 };
 
 const OTHER_ROOMS: &str = "#####\n#a.b#\n#...#\n#####\n";
@@ -17,6 +23,75 @@ fn revision(report: &serde_json::Value) -> Revision {
         .expect("a revision")
         .parse()
         .expect("a revision")
+}
+
+/// Waits until a server shows a revision.
+async fn shows(server: &Server, wanted: Revision) {
+    let name: SceneName = "rooms".parse().expect("a name");
+    for _ in 0..100 {
+        if server.client().open(&name).await.expect("a scene").pointer().revision == wanted {
+            return;
+        }
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    panic!("the new revision did not appear within ten seconds");
+}
+
+async fn enter(server: &Server, x: f64, avatar: Option<&str>) -> Person {
+    let body = json!({"position": [x, 1.5, 2.5], "max_speed_mps": 1.5, "radius_m": 0.3, "avatar": avatar});
+    Person::enter_scene(server.address(), "rooms", &body).await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_comes_where_nobody_is_comes_into_the_newest_revision() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve();
+    let first = enter(&server, 2.5, None).await;
+    assert_eq!(first.leave().await, 204);
+    let second = data.bake(&data.write("rooms.glb", two_rooms()), "rooms");
+    shows(&server, revision(&second)).await;
+    // Of the old one nothing can be read any more.
+    data.ok(&["gc", "--keep", "1"]);
+    let (west, east) = tokio::join!(enter(&server, 2.5, None), enter(&server, 8.0, None));
+    for person in [west, east] {
+        let mut hears = person.listen().await;
+        assert_eq!(hears.wait("hello").await.data["revision"], second["revision"]);
+        hears.wait("object-info").await;
+        assert!(!hears.text.contains("event: revision"), "{}", hears.text);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_worn_by_those_who_outlive_the_server_outlives_its_revision() {
+    let data = Data::new();
+    data.bake(&data.write("rooms.plan", THREE_ROOMS), "rooms");
+    let server = data.serve();
+    let source = HttpSource::new(&server.base).expect("an address");
+    let all = names(&document(&source, "/v1/scenes/rooms/objects?bbox=-9,-9,-9,99,9,99&limit=1000").await);
+    let models = [&all[0].1, &all[all.len() - 1].1];
+    let watcher = enter(&server, 2.0, None).await;
+    let mut hears = watcher.listen().await;
+    hears.wait("hello").await;
+    let worn = enter(&server, 2.5, Some(models[0])).await;
+    let mover = json!({"position": [3.0, 1.5, 2.5], "persistent": true, "avatar": models[1]});
+    let made = ask(server.address(), ("POST", "/v1/scenes/rooms/movers"), None, &mover).await;
+    assert_eq!(made.status, 201, "{made:?}");
+    let mut urls = Vec::new();
+    while urls.len() < 2 {
+        let info = hears.wait("object-info").await.data;
+        urls.push(info["levels"][0]["url"].as_str().expect("a model").to_owned());
+    }
+    assert_ne!(urls[0], urls[1]);
+    is_kept(&data, &worn.session, |_| true).await;
+    server.kill();
+
+    data.bake(&data.write("rooms.glb", two_rooms()), "rooms");
+    data.ok(&["gc", "--keep", "1"]);
+    let server = data.serve();
+    for url in urls {
+        assert_eq!(get(server.address(), &url).await.status, 200, "{url}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -30,19 +105,7 @@ async fn a_new_revision_appears_without_a_restart_and_the_old_one_stays_readable
 
     let second = data.bake(&data.write("rooms.plan", OTHER_ROOMS), "rooms");
     assert_ne!(revision(&first), revision(&second));
-    let mut seen = old.pointer().revision;
-    for _ in 0..100 {
-        seen = server.client().open(&name).await.expect("a scene").pointer().revision;
-        if seen == revision(&second) {
-            break;
-        }
-        tokio::time::sleep(Duration::from_millis(100)).await;
-    }
-    assert_eq!(
-        seen,
-        revision(&second),
-        "the new revision did not appear within ten seconds"
-    );
+    shows(&server, revision(&second)).await;
     let info = old
         .object(belvedere_scene::ObjectId(0))
         .await
@@ -125,6 +188,116 @@ fn gc_keeps_what_the_newest_revisions_need() {
 }
 
 #[test]
+fn gc_with_another_catalogue_refuses_and_removes_nothing() {
+    let (ours, theirs) = (Data::new(), Data::new());
+    let plan = ours.write("a.plan", THREE_ROOMS);
+    ours.bake(&plan, "rooms");
+    theirs.ok(&["keys", "create", "--new"]);
+    let [here, there] = [&ours, &theirs].map(|data| data.path().join("o"));
+    std::fs::rename(&here, &there).expect("it is moved");
+    for args in [&["gc"][..], &["gc", "--dry-run"], &["gc", "--keep", "1"]] {
+        let told = theirs.fails(args);
+        assert!(
+            told.contains("the store belongs to catalogue ") && told.contains("--adopt"),
+            "{told}"
+        );
+    }
+    // One from before stores said whose they are.
+    let about = "Immutable objects, named by the SHA-256 of their content.\n";
+    std::fs::write(there.join("belvedere-store"), about).expect("written");
+    let told = theirs.fails(&["gc"]);
+    assert!(told.contains("of which this catalogue needs 0"), "{told}");
+    std::fs::rename(&there, &here).expect("it is moved back");
+    let kept: serde_json::Value = serde_json::from_str(&ours.ok(&["gc", "--json"])).expect("JSON");
+    assert!(kept["blobs"] == 0 && kept["kept_blobs"].as_u64() > Some(0), "{kept}");
+    std::fs::rename(&here, &there).expect("it is moved");
+    theirs.bake(&plan, "other");
+    let told = theirs.fails(&["gc"]);
+    assert!(
+        told.contains("the store belongs to catalogue "),
+        "the right one has taken it: {told}"
+    );
+    theirs.ok(&["gc", "--adopt"]);
+    theirs.ok(&["gc"]);
+    theirs.ok(&["inspect", "other"]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_scene_that_is_removed_is_no_more_and_its_space_is_freed() {
+    let data = Data::new();
+    let plan = data.write("a.plan", THREE_ROOMS);
+    data.bake(&plan, "rooms");
+    data.bake(&data.write("b.plan", OTHER_ROOMS), "others");
+    let server = data.serve();
+    assert!(data.fails(&["remove", "nowhere"]).contains("no scene `nowhere`"));
+    let removed: serde_json::Value = serde_json::from_str(&data.ok(&["remove", "rooms", "--json"])).expect("JSON");
+    assert_eq!(removed["revisions"], 1);
+    let mut status = 200;
+    for _ in 0..3_000 {
+        status = send(server.address(), "GET", "/v1/scenes/rooms", &[]).await.status;
+        if status == 404 {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    assert_eq!(status, 404, "it is served on");
+    assert_eq!(
+        send(server.address(), "GET", "/v1/scenes/others", &[]).await.status,
+        200
+    );
+    let freed: serde_json::Value = serde_json::from_str(&data.ok(&["gc", "--json"])).expect("JSON");
+    assert!(freed["blobs"].as_u64() > Some(0), "{freed}");
+    data.ok(&["inspect", "others"]);
+    data.ok(&["remove", "others"]);
+    data.ok(&["gc"]);
+    assert_eq!(data.bake(&plan, "rooms")["unchanged"], false);
+}
+
+#[test]
+fn who_publishes_into_a_tree_waits_for_whoever_does_so() {
+    let data = Data::new();
+    let names = ["a", "b", "c", "d"];
+    for name in names {
+        data.bake(&data.write(&format!("{name}.plan"), THREE_ROOMS), name);
+    }
+    let lock = std::fs::File::create(data.write("tree/.belvedere-publish.lock", "")).expect("a file");
+    lock.lock().expect("nobody publishes");
+    let publishing = names.map(|name| {
+        let mut publish = data.command(&["publish", name, "--to", "tree"]);
+        publish.stdout(std::process::Stdio::null()).spawn().expect("runs")
+    });
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(!data.folder("tree/o").exists(), "nobody has waited");
+    drop(lock);
+    for mut publish in publishing {
+        assert!(publish.wait().expect("it ends").success());
+    }
+    let list = std::fs::read(data.folder("tree/v1/scenes/index.json")).expect("a list");
+    let list: serde_json::Value = serde_json::from_slice(&list).expect("JSON");
+    assert_eq!(list["scenes"].as_array().map(Vec::len), Some(names.len()), "{list}");
+}
+
+#[test]
+fn what_a_publish_has_left_that_was_killed_is_gone_after_the_next_one() {
+    let data = Data::new();
+    data.bake(&data.write("a.plan", THREE_ROOMS), "rooms");
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    let left = [
+        "index.html.71.new",
+        "v1/scenes/index.json.71.new",
+        "v1/scenes/rooms/index.json.71.new",
+        "o/0a.slod.0.71.new",
+        "o/0a.glb#3",
+    ];
+    let others = ["notes.2026.new", "index.html.new", "mine/index.html.71.new"];
+    let write = |file: &&str| data.write(&format!("tree/{file}"), "half");
+    let (left, others) = (left.each_ref().map(write), others.each_ref().map(write));
+    data.ok(&["publish", "rooms", "--to", "tree"]);
+    assert!(left.iter().all(|file| !file.exists()), "{left:?}");
+    assert!(others.iter().all(|file| file.exists()), "they are somebody else's");
+}
+
+#[test]
 fn a_server_that_is_asked_to_stop_ends_with_success() {
     let data = Data::new();
     data.bake(&data.write("rooms.plan", OTHER_ROOMS), "rooms");
@@ -195,6 +368,29 @@ fn a_bake_that_is_killed_goes_on_where_it_was() {
     let gone_on = data.bake(&file, "rooms");
     assert_eq!(gone_on["visibility"]["remembered_cells"], kept);
     assert_eq!(revision(&gone_on), revision(&in_one_go));
+}
+
+#[test]
+fn going_back_leads_to_what_was_baked_before_and_not_to_the_preview_of_what_is_bad() {
+    let data = Data::new();
+    let good = data.bake(&data.write("good.plan", THREE_ROOMS), "rooms");
+    let bad = data.write("bad.plan", many_rooms(4, 3));
+    data.ok(&["bake", bad.to_str().expect("UTF-8"), "--scene", "rooms", "--preview"]);
+    let listed: serde_json::Value =
+        serde_json::from_str(&data.ok(&["rollback", "rooms", "--list", "--json"])).expect("JSON");
+    let previews: Vec<_> = listed
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|kept| &kept["preview"])
+        .collect();
+    assert_eq!(previews, [false, true, false]);
+    for _ in 0..2 {
+        let moved: serde_json::Value = serde_json::from_str(&data.ok(&["rollback", "rooms", "--json"])).expect("JSON");
+        assert_eq!(moved["revision"], good["revision"]);
+        data.ok(&["rollback", "rooms", "--to", moved["from"].as_str().expect("a revision")]);
+        data.ok(&["gc", "--keep", "2"]);
+    }
 }
 
 #[test]

@@ -28,7 +28,7 @@ async fn enter(server: &Server, x: f64) -> Person {
 }
 
 /// Waits until a line of the catalogue says so of a session.
-async fn is_kept(data: &Data, session: &str, so: impl Fn(&HousedSession) -> bool) {
+pub(crate) async fn is_kept(data: &Data, session: &str, so: impl Fn(&HousedSession) -> bool) {
     let catalogue = Catalogue::open(&data.path()).await.expect("the catalogue");
     let number = session.trim_start_matches('s').parse().expect("a number");
     let end = Instant::now() + PATIENCE;

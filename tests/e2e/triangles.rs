@@ -1,24 +1,15 @@
 //! Does level 0 hold the source's triangles, where the source puts them? Reads both with the `gltf` crate, which the
 //! program itself does not use, and compares them in world space.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::collections::BTreeMap;
 
 use belvedere_client::{ByteSource, HttpSource, Scene};
 use belvedere_scene::ObjectId;
 use glam::{DMat4, DVec3};
 
-use crate::program::Data;
+use crate::{program::Data, scenes::scenes};
 
 type Triangle = [[i64; 3]; 3];
-
-fn scenes() -> Option<PathBuf> {
-    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/scenes"));
-    if !path.is_dir() {
-        eprintln!("skipped: the test scenes are not beside this checkout");
-        return None;
-    }
-    Some(path)
-}
 
 /// Rounds to a grid that is coarse beside the rounding of what is published and fine beside the scene.
 fn rounded(corners: [DVec3; 3], step: f64) -> Triangle {

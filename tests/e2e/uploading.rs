@@ -41,14 +41,14 @@ async fn upload(server: &Server, key: &str, text: &str) -> String {
 }
 
 async fn until(address: SocketAddr, url: &str, is_so: impl Fn(&Value) -> bool) -> Value {
-    for _ in 0..1200 {
+    for _ in 0..6000 {
         let job = get(address, url).await.json();
         if is_so(&job) {
             return job;
         }
         tokio::time::sleep(Duration::from_millis(50)).await;
     }
-    panic!("a minute was not enough: {}", get(address, url).await.json());
+    panic!("five minutes were not enough: {}", get(address, url).await.json());
 }
 
 async fn ended(server: &Server, url: &str) -> Value {

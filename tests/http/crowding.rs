@@ -72,6 +72,32 @@ async fn many_silent_connections_do_not_keep_others_out() {
     drop(silent);
 }
 
+#[tokio::test]
+async fn names_of_objects_that_are_not_there_are_tried_only_so_often() {
+    let server = Server::start_with(Settings {
+        max_requests_per_s: Some(1),
+        ..Settings::default()
+    })
+    .await;
+    let there = get(server.address, "/v1/scenes/row").await.json()["manifest"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    let mut statuses = vec![];
+    for i in 0..40 {
+        assert_eq!(get(server.address, &there).await.status, 200, "what is there is");
+        let unknown = format!("/o/{i:064x}.glb");
+        statuses.push(get(server.address, &unknown).await.status);
+        if statuses.ends_with(&[429]) {
+            break;
+        }
+    }
+    assert!(
+        statuses.starts_with(&[404]) && statuses.ends_with(&[429]),
+        "{statuses:?}"
+    );
+}
+
 /// Loopback has many addresses on Linux alone.
 #[cfg(target_os = "linux")]
 #[tokio::test]

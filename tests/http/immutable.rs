@@ -1,11 +1,13 @@
 //! Content-addressed objects: caching, encodings, conditions, ranges.
 
+use std::time::Duration;
+
 use belvedere_scene::BlobName;
 use proptest::{prelude::*, test_runner::TestRunner};
 
 use crate::{
     scene::{Server, glb},
-    wire::{Answer, get, send},
+    wire::{Answer, get, metric, send},
 };
 
 fn glb_url() -> String {
@@ -361,6 +363,23 @@ async fn a_damaged_variant_keeps_nobody_from_the_object() {
         metrics.contains("\nbelvedere_blob_variants_damaged_total 2\n"),
         "{metrics}"
     );
+}
+
+#[tokio::test]
+async fn an_object_that_is_published_and_gone_is_told_of() {
+    let server = Server::start().await;
+    let name = BlobName::of(&glb(), "glb").unwrap();
+    std::fs::remove_file(server.data.path().join(format!("o/{name}"))).unwrap();
+    let told = async || metric(server.address, "belvedere_blobs_missing_total").await;
+    assert_eq!(told().await, "0");
+    // The catalogue is asked beside the answer, and not every time.
+    let asking = async {
+        while told().await == "0" {
+            assert_eq!(get(server.address, &glb_url()).await.status, 404);
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    };
+    tokio::time::timeout(Duration::from_secs(60), asking).await.unwrap();
 }
 
 /// What an answer says, whatever its coding.

@@ -70,8 +70,19 @@ impl Person {
 
     /// The same through a link, given without its last `/`.
     pub(crate) async fn enter_below(address: SocketAddr, link: &str, scene: &str, body: &Value) -> Self {
+        Self::enter_as(address, link, None, scene, body).await
+    }
+
+    /// The same with an API key.
+    pub(crate) async fn enter_as(
+        address: SocketAddr,
+        link: &str,
+        key: Option<&str>,
+        scene: &str,
+        body: &Value,
+    ) -> Self {
         let path = format!("{link}/v1/scenes/{scene}/sessions");
-        let answer = json(address, ("POST", &path), None, body).await;
+        let answer = json(address, ("POST", &path), key, body).await;
         let opened = answer.json();
         assert_eq!(answer.status, 201, "{opened}");
         let text = |name: &str| opened[name].as_str().unwrap().to_owned();

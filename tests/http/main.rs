@@ -6,6 +6,7 @@ mod crowding;
 mod direct;
 mod immutable;
 mod live;
+mod live_inside;
 mod live_odd;
 mod live_wire;
 mod pages;

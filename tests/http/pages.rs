@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use belvedere::http::Metrics;
 use sqlx::{Connection, Executor, SqliteConnection};
 
 use crate::{
@@ -13,7 +14,9 @@ use crate::{
 async fn dashboards_and_alerts_ask_for_metrics_that_there_are() {
     let server = Server::start().await;
     get(server.address, "/healthz").await;
-    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    let mut metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    // What only nodes have.
+    metrics.push_str(&Metrics::new(true).text().unwrap());
     let mut asked = 0;
     for text in [
         include_str!("../../deploy/compose/grafana/belvedere.json"),
@@ -30,6 +33,46 @@ async fn dashboards_and_alerts_ask_for_metrics_that_there_are() {
         }
     }
     assert!(asked > 15, "only {asked}");
+}
+
+/// The image's variables go before the file, so such a line would do nothing.
+#[test]
+fn settings_for_kubernetes_say_nothing_that_the_image_has_said() {
+    let image = include_str!("../../Dockerfile");
+    let said = image.lines().find_map(|line| line.strip_prefix("ENV BELVEDERE_"));
+    let said = said.expect("the image sets some").split_whitespace();
+    let manifest = include_str!("../../deploy/kubernetes/belvedere.yaml");
+    for variable in said {
+        let (name, _) = variable.split_once('=').expect("a value");
+        let name = name.trim_start_matches("BELVEDERE_").to_lowercase();
+        let line = format!("    {name} = ");
+        assert!(!manifest.lines().any(|l| l.starts_with(&line)), "{name}");
+    }
+}
+
+#[test]
+fn pods_go_on_serving_until_all_have_heard_that_they_go() {
+    for manifest in [
+        include_str!("../../deploy/kubernetes/belvedere.yaml"),
+        include_str!("../../deploy/kubernetes/nodes.yaml"),
+    ] {
+        assert!(manifest.contains("preStop: {exec: {command: [sleep, "));
+    }
+}
+
+#[test]
+fn systemd_never_gives_the_server_up() {
+    let unit = include_str!("../../deploy/belvedere.service");
+    let (of_the_unit, _) = unit.split_once("[Service]").expect("a service");
+    assert!(of_the_unit.contains("\nStartLimitIntervalSec=0\n") && unit.contains("\nRestart=on-failure\n"));
+}
+
+#[tokio::test]
+async fn a_server_that_is_alone_says_nothing_of_nodes() {
+    let server = Server::start().await;
+    let metrics = String::from_utf8(get(server.address, "/metrics").await.body).unwrap();
+    assert!(metrics.contains("belvedere_live_sessions"));
+    assert!(!metrics.contains("belvedere_node_"), "{metrics}");
 }
 
 #[tokio::test]
@@ -260,6 +303,20 @@ async fn what_cannot_be_read_is_told_with_its_parameter() {
 }
 
 #[tokio::test]
+async fn a_plain_level_that_one_has_is_not_made_again() {
+    let server = Server::start().await;
+    let info = get(server.address, "/v1/scenes/row/objects/o2").await.json();
+    let url = info["levels"][0]["url"].as_str().unwrap();
+    let hash = url.strip_prefix("/o/").unwrap().strip_suffix(".glb").unwrap();
+    let tag = format!("\"{hash}-plain-{}\"", env!("CARGO_PKG_VERSION"));
+    let path = "/v1/scenes/row/objects/o2/lods/0?form=plain";
+    // Of what stands for a level here none can be made.
+    assert_eq!(get(server.address, path).await.status, 500);
+    let unchanged = send(server.address, "GET", path, &[("If-None-Match", &tag)]).await;
+    assert_eq!((unchanged.status, unchanged.header("etag")), (304, Some(tag.as_str())));
+}
+
+#[tokio::test]
 async fn operations_see_what_happens() {
     let server = Server::start().await;
     assert_eq!(get(server.address, "/healthz").await.body, b"ok\n");
@@ -272,7 +329,15 @@ async fn operations_see_what_happens() {
     );
     assert_eq!(get(server.address, "/openapi.json").await.json()["openapi"], "3.1.0");
     std::fs::remove_dir_all(server.data.path().join("o")).unwrap();
-    let broken = get(server.address, "/readyz").await;
+    // What was found holds for a second.
+    let mut broken = get(server.address, "/readyz").await;
+    for _ in 0..200 {
+        if broken.status == 503 {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        broken = get(server.address, "/readyz").await;
+    }
     assert_eq!(broken.status, 503, "{broken:?}");
     broken.problem();
 }

@@ -1,6 +1,9 @@
 //! Scenes that are not for everybody: what strangers are told, what links and keys open, and what caches may keep.
 
-use std::time::{Duration, SystemTime};
+use std::{
+    net::SocketAddr,
+    time::{Duration, SystemTime},
+};
 
 use belvedere::{
     config::Settings,
@@ -9,6 +12,7 @@ use belvedere::{
 };
 use belvedere_scene::{SceneName, pointer::Pointer};
 use serde_json::json;
+use sqlx::{Connection, Executor, SqliteConnection};
 
 use crate::{
     live_wire::{Person, ask},
@@ -25,6 +29,17 @@ struct Cellar {
     server: Server,
     key: LinkKey,
     pointer: Pointer,
+}
+
+/// Waits until a server has heard of a change.
+async fn until(address: SocketAddr, path: &str, status: u16) {
+    for _ in 0..500 {
+        if get(address, path).await.status == status {
+            return;
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    panic!("{path} never became {status}");
 }
 
 fn cellar() -> SceneName {
@@ -55,15 +70,8 @@ impl Cellar {
         get(self.server.address, path).await
     }
 
-    /// Waits until the server has heard of a change.
     async fn until(&self, path: &str, status: u16) {
-        for _ in 0..500 {
-            if self.get(path).await.status == status {
-                return;
-            }
-            tokio::time::sleep(Duration::from_millis(20)).await;
-        }
-        panic!("{path} never became {status}");
+        until(self.server.address, path, status).await;
     }
 
     async fn key(&self, scopes: &[Scope], scene: &str) -> String {
@@ -429,4 +437,125 @@ async fn what_a_session_hears_ends_with_what_has_opened_it() {
     let row = "row".parse().unwrap();
     assert!(town.server.catalogue.make_private(&row, new.secret()).await.unwrap());
     until_private.ends().await;
+}
+
+#[tokio::test]
+async fn a_stream_ends_with_its_key_also_where_too_many_wrong_ones_were_shown() {
+    let town = Cellar::start().await;
+    let address = town.server.address;
+    let reader = town.key(&[Scope::Read], "cellar").await;
+    let body = json!({"position": [0.5, 0.5, 0.5]});
+    let visitor = Person::enter_as(address, "", Some(&reader), "cellar", &body).await;
+    let mut stream = visitor
+        .listen_after(&format!("Authorization: Bearer {reader}\r\n"))
+        .await;
+    stream.begins().await;
+
+    let unknown = format!("bvk_{}_{}", "0".repeat(16), "0".repeat(64));
+    let mut statuses = vec![];
+    for _ in 0..25 {
+        statuses.push(town.get_with("/v1/scenes/cellar", &unknown).await.status);
+    }
+    assert_eq!(statuses.last(), Some(&429), "{statuses:?}");
+    let id = reader.split('_').nth(1).unwrap();
+    assert!(Keys::new(town.server.catalogue.clone()).revoke(id).await.unwrap());
+    // Whatever is published, who may see what is asked anew.
+    publish_as(&town.server.catalogue, &town.server.blobs, "attic", "An attic").await;
+    // Half of the time after which it would be asked for anyway.
+    let ended = tokio::time::timeout(Duration::from_secs(30), stream.ends());
+    ended.await.expect("whoever shows it is told that it is revoked");
+}
+
+#[tokio::test]
+async fn an_upload_that_is_refused_leaves_its_scene_as_it_was() {
+    let town = Cellar::start().await;
+    let publisher = town.key(&[Scope::Publish], "attic").await;
+    let put = async |query: &str, body: &str| {
+        let path = format!("/v1/scenes/attic{query}");
+        let source = ("application/octet-stream", body);
+        ask(town.server.address, ("PUT", &path), Some(&publisher), source).await
+    };
+    let private = async || {
+        let all = town.server.catalogue.private_scenes().await.unwrap();
+        all.into_iter().map(|one| one.scene.to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(put("?private=true", "").await.problem()["status"], 400);
+    assert_eq!(private().await, ["cellar"]);
+    assert_eq!(put("?private=true", "x").await.status, 202);
+    assert_eq!(private().await, ["attic", "cellar"]);
+}
+
+#[tokio::test]
+async fn what_an_upload_does_not_know_it_refuses_and_says_what_was_meant() {
+    let town = Cellar::start().await;
+    let publisher = town.key(&[Scope::Publish], "attic").await;
+    for (query, parameter, meant) in [
+        ("privat=true", "privat", Some("`private`")),
+        ("Private=true", "Private", Some("`private`")),
+        ("PRIVATE=true", "PRIVATE", Some("`private`")),
+        ("title=a&titel=b", "titel", Some("`title`")),
+        ("secret=yes", "secret", None),
+        ("private=true&private=true", "private", None),
+        ("title=a&title=b", "title", None),
+    ] {
+        let path = format!("/v1/scenes/attic?{query}");
+        let source = ("application/octet-stream", "x");
+        let answer = ask(town.server.address, ("PUT", &path), Some(&publisher), source).await;
+        assert_eq!(answer.status, 400, "{query}");
+        let problem = answer.problem();
+        assert_eq!(problem["parameter"], parameter, "{query}");
+        let detail = problem["detail"].as_str().unwrap();
+        assert!(meant.is_none_or(|meant| detail.contains(meant)), "{detail}");
+    }
+    assert!(town.server.catalogue.unfinished_jobs().await.unwrap().is_empty());
+}
+
+#[tokio::test]
+async fn a_scene_is_private_before_it_is_known_what_it_needs() {
+    let server = Server::start_with(Settings {
+        max_bakes: Some(0),
+        request_timeout_s: Some(1),
+        ..Settings::default()
+    })
+    .await;
+    let address = server.address;
+    let attic = publish_as(&server.catalogue, &server.blobs, "attic", "An attic").await;
+    until(address, "/v1/scenes/attic", 200).await;
+    let manifest = attic.manifest.url();
+    let public = get(address, "/v1/scenes/row").await.json()["manifest"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    for object in [&manifest, &public] {
+        assert_eq!(get(address, object).await.status, 200);
+    }
+    let file = server.data.path().join(belvedere::db::FILE_NAME);
+    let mut sqlite = SqliteConnection::connect(&format!("sqlite:{}", file.display()))
+        .await
+        .unwrap();
+    sqlite
+        .execute("ALTER TABLE revision_blobs RENAME TO away")
+        .await
+        .unwrap();
+    let key = LinkKey::random().unwrap();
+    let made = server.catalogue.make_private(&attic.scene, key.secret()).await;
+    assert!(made.unwrap());
+    until(address, "/v1/scenes/attic", 404).await;
+    assert_eq!(get(address, "/v1/scenes/row").await.status, 200);
+    for object in [&manifest, &public] {
+        assert_eq!(
+            get(address, object).await.status,
+            503,
+            "either may be the attic's alone"
+        );
+    }
+    sqlite
+        .execute("ALTER TABLE away RENAME TO revision_blobs")
+        .await
+        .unwrap();
+    until(address, &manifest, 404).await;
+    until(address, &public, 200).await;
+    let inside = key.sign(&attic.scene, FAR);
+    let inside = format!("{}{manifest}", inside.trim_end_matches('/'));
+    until(address, &inside, 200).await;
 }

@@ -153,6 +153,22 @@ async fn what_cannot_be_a_scene_is_refused_and_leaves_nothing() {
     assert_eq!(publisher.uploads(), 0);
 }
 
+#[cfg(unix)]
+#[tokio::test]
+async fn what_is_uploaded_is_its_servers_alone_also_where_the_data_folder_is_not() {
+    use std::os::unix::fs::PermissionsExt;
+    let publisher = Publisher::start().await;
+    let data = publisher.server.data.path();
+    std::fs::set_permissions(data, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let job = publisher.put("town", "x").await.json()["job"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    let mode = |path: &str| std::fs::metadata(data.join(path)).unwrap().permissions().mode() & 0o777;
+    assert_eq!(mode("uploads"), 0o700);
+    assert_eq!(mode(&format!("uploads/{job}")), 0o700);
+}
+
 #[tokio::test]
 async fn an_upload_that_breaks_off_leaves_nothing() {
     let publisher = Publisher::start().await;

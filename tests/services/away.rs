@@ -99,6 +99,7 @@ async fn what_is_known_is_served_while_the_database_is_away_and_all_goes_on_when
 
     postgres.kill();
     until(&server, "/metrics", |metrics| says(metrics, "belvedere_catalogue_up 0")).await;
+    until(&server, "/readyz", |ready| ready.status == 503).await;
     let ready = get(server.address(), "/readyz").await;
     assert_eq!(ready.status, 503);
     assert!(

@@ -1,10 +1,11 @@
 //! Does PostgreSQL hold the catalogue as SQLite does, and for several nodes at a time?
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use belvedere::{
-    db::{Catalogue, Claim, KeptDoor, KeptMover, NewJob, NewRevision},
+    db::{Catalogue, Claim, Keeping, KeptDoor, KeptMover, NewJob, NewRevision},
     keys::{Keys, Scope, Wanted},
+    secret::Secret,
     store::BlobStore,
 };
 use belvedere_scene::ObjectId;
@@ -185,8 +186,9 @@ async fn add(catalogue: &Catalogue, job: &str, scene: &str) -> bool {
         title: None,
         source_bytes: 7,
         key_id: "k",
+        link_key: None,
     };
-    catalogue.keep_job(&new, 100, 100).await.unwrap()
+    catalogue.keep_job(&new, 100, 100).await.unwrap() == Keeping::Kept
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -313,5 +315,49 @@ async fn what_is_collected_waits_for_bakes_on_other_nodes() {
     assert!(!bake.holds().await, "its connection is gone");
     drop((bake, another));
     assert!(there.lock_for_collecting().await.unwrap().is_some());
+    database.drop().await;
+}
+
+#[tokio::test]
+#[ignore = "needs PostgreSQL: make test-services"]
+async fn keys_take_turns_and_a_scene_becomes_private_with_a_job_that_is_kept() {
+    let database = Database::new().await;
+    let catalogue = database.catalogue().await;
+    let keep = async |job: &str, key_id: &str, link_key: Option<&Secret>| {
+        let new = NewJob {
+            job,
+            scene: &job.parse().unwrap(),
+            title: None,
+            source_bytes: 7,
+            key_id,
+            link_key,
+        };
+        catalogue.keep_job(&new, 3, 9).await.unwrap()
+    };
+    let secret = Secret::from("secret");
+    for job in ["a1", "a2", "a3"] {
+        assert_eq!(keep(job, "a", None).await, Keeping::Kept);
+    }
+    assert_eq!(keep("a4", "a", Some(&secret)).await, Keeping::NoRoom);
+    assert!(catalogue.private_scenes().await.unwrap().is_empty());
+    assert_eq!(keep("b1", "b", Some(&secret)).await, Keeping::Kept);
+    assert_eq!(catalogue.private_scenes().await.unwrap().len(), 1);
+    let mut order = Vec::new();
+    while let Some(job) = catalogue.claim_job("w", 60).await.unwrap() {
+        assert!(catalogue.end_job((&job.job, "w"), "done", None, None).await.unwrap());
+        order.push(job.job);
+    }
+    assert_eq!(order, ["a1", "b1", "a2", "a3"]);
+
+    let data = tempfile::tempdir().unwrap();
+    let blobs = BlobStore::open_folder(data.path(), 1 << 20).await.unwrap();
+    let pointer = scene::publish(&catalogue, &blobs, "A row").await;
+    let of_it = catalogue.blobs_of(&pointer.scene, pointer.revision).await.unwrap();
+    let needed: HashSet<_> = of_it.into_iter().map(|(blob, _)| blob).collect();
+    assert!(!needed.is_empty());
+    assert_eq!(catalogue.blobs_of_scene(&pointer.scene).await.unwrap(), needed);
+    assert_eq!(catalogue.public_blobs().await.unwrap(), needed);
+    catalogue.make_private(&pointer.scene, &secret).await.unwrap();
+    assert!(catalogue.public_blobs().await.unwrap().is_empty());
     database.drop().await;
 }

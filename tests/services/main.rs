@@ -12,6 +12,7 @@ mod faulty;
 mod live_wire;
 mod nats;
 mod nodes;
+mod pool;
 #[path = "../e2e/program.rs"]
 mod program;
 mod resuming;

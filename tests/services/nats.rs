@@ -36,6 +36,8 @@ fn free_port() -> u16 {
 /// A NATS server of one test, on a port of its own.
 pub(crate) struct Nats {
     port: u16,
+    /// What stands before the host in its address.
+    login: String,
     child: Child,
 }
 
@@ -45,14 +47,20 @@ impl Nats {
     }
 
     async fn start_at(port: u16) -> Self {
+        Self::start_with(port, "", &[]).await
+    }
+
+    async fn start_with(port: u16, login: &str, args: &[&str]) -> Self {
         let program = std::env::var("BELVEDERE_TEST_NATS").unwrap_or_else(|_| "nats-server".to_owned());
         let child = Command::new(program)
             .args(["-a", "127.0.0.1", "-p", &port.to_string()])
+            .args(args)
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .expect("nats-server runs; BELVEDERE_TEST_NATS may say where it is");
-        let mut nats = Self { port, child };
+        let login = login.to_owned();
+        let mut nats = Self { port, login, child };
         within(async {
             while tokio::net::TcpStream::connect(("127.0.0.1", port)).await.is_err() {
                 assert!(
@@ -67,7 +75,7 @@ impl Nats {
     }
 
     pub(crate) fn url(&self) -> String {
-        format!("nats://127.0.0.1:{}", self.port)
+        format!("nats://{}127.0.0.1:{}", self.login, self.port)
     }
 
     /// Ends it; gives its port.
@@ -258,7 +266,14 @@ async fn while_nats_is_away_sessions_go_on_within_their_node_and_say_so_and_then
     let (_, log) = a.stop();
     // A node that ends parts from NATS, too.
     assert!(log.contains("NATS is away"), "{log}");
-    assert_eq!(log.matches("NATS cannot be reached").count(), 1, "{log}");
+    let reasons: Vec<_> = log
+        .lines()
+        .filter(|line| line.contains("NATS cannot be reached"))
+        .collect();
+    assert!(
+        matches!(reasons[..], [one] if one.contains("Connection refused")),
+        "{log}"
+    );
     assert!(!log.contains("async_nats"), "{log}");
     drop(nats);
 }
@@ -450,4 +465,33 @@ async fn hidden_movers_cost_no_message_and_visible_ones_few() {
         "pose in on one node to event out on the other: median {} ms, worst {} ms",
         late[20], late[39]
     );
+}
+
+#[ignore = "needs nats-server: make test-services"]
+#[tokio::test(flavor = "multi_thread")]
+async fn nodes_log_in_with_what_stands_in_the_address_and_one_that_may_not_is_told_so() {
+    let data = rooms();
+    for (login, args) in [
+        (
+            "bel%76edere:hush%40hush%3A@",
+            ["--user", "belvedere", "--pass", "hush@hush:"].as_slice(),
+        ),
+        ("hush%2Fhush@", &["--auth", "hush/hush"]),
+    ] {
+        let nats = Nats::start_with(free_port(), login, args).await;
+        let (a, b) = (node(&data, &nats, "a").await, node(&data, &nats, "b").await);
+        let (west, east) = (enter(&a, 2.5, 2.5).await, enter(&b, 6.5, 2.5).await);
+        let mut west_hears = west.listen().await;
+        is_told_at(&mut west_hears, &east.object, 6.6, async || {
+            east.stand(json!([6.6, 1.5, 2.5])).await;
+        })
+        .await;
+        let stranger = format!("nats://hush:wrong@127.0.0.1:{}", nats.port);
+        let stranger = data.serve_with(&["--nats", &stranger, "--node", "c"]).may_warn();
+        stranger.until_it_says("NATS refuses this node").await;
+        for server in [a, b, stranger] {
+            let log = server.stop().1;
+            assert!(!log.contains("hush"), "{log}");
+        }
+    }
 }

@@ -301,6 +301,8 @@ async fn a_bake_on_another_node_can_be_cancelled_and_keeps_gc_away() {
     let baking = shared.node(&there, &[]);
     let job = upload(&taking, &key, &many_rooms(12)).await;
     until(&baking, &job, |job| job["progress"]["stage"] == "visibility").await;
+    // The node that took it knows from the catalogue how far it is, and tells whoever follows it.
+    until(&taking, &job, |job| job["progress"]["stage"] == "visibility").await;
     let refused = here.fails(&shared.args(&["gc"]));
     assert!(refused.contains("by another node"), "{refused}");
     let answer = ask(taking.address(), ("DELETE", &job), Some(&key), ("application/json", "")).await;

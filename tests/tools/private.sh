@@ -4,6 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 . tests/tools/served.sh
+. tests/tools/behind_nginx.sh
 
 module=${NJS_MODULE:-/usr/lib/nginx/modules/ngx_http_js_module.so}
 if ! command -v nginx curl >/dev/null || [ ! -f "$module" ]; then
@@ -14,33 +15,13 @@ fi
 build_program
 data="$work/data"
 "$belvedere" bake content/tree.dcg --scene tree --private --data "$data" >/dev/null
+"$belvedere" bake tests/fixtures/wing.plan --scene wing --data "$data" >/dev/null
 serve
-# The workers of an nginx that root starts are somebody else.
-chmod 755 "$work"
-mkdir -p "$work/nginx" "$work/logs"
+mkdir -p "$work/nginx"
 cp deploy/signed-links.js "$work/nginx/"
 key=$("$belvedere" private tree --show-key --data "$data")
 echo "tree $key;" >"$work/nginx/keys.map"
-port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
-sed -e "s|/etc/nginx/belvedere|$work/nginx|; s|/var/cache/nginx|$work|; s|/var/log/nginx|$work/logs|" \
-  -e "s|listen 8081|listen 127.0.0.1:$port|; s|server 127.0.0.1:8080|server ${base#http://}|" \
-  deploy/nginx-private.conf >"$work/nginx/private.conf"
-cat >"$work/nginx.conf" <<END
-load_module $module;
-worker_processes 1;
-daemon off;
-pid $work/nginx.pid;
-error_log $work/logs/error.log;
-events { worker_connections 256; }
-http {
-  client_body_temp_path $work/body; proxy_temp_path $work/proxy; fastcgi_temp_path $work/f; uwsgi_temp_path $work/u; scgi_temp_path $work/s;
-  include $work/nginx/private.conf;
-}
-END
-nginx -c "$work/nginx.conf" -p "$work" &
-also_end $!
-cdn="http://127.0.0.1:$port"
-for _ in $(seq 100); do curl -s -o /dev/null "$cdn/healthz" && break; sleep 0.1; done
+behind_nginx deploy/nginx-private.conf "load_module $module;"
 
 failed=0
 # is WHAT URL STATUS [X-CACHE]
@@ -78,6 +59,9 @@ is "the pointer by such a link" "${one%????}0000/v1/scenes/tree" 404
 is "the same to a stranger" "$cdn$manifest" 404
 is "the scene to a stranger" "$cdn/v1/scenes/tree" 404
 is "metrics below a link" "$one/metrics" 404
+object=$(curl -s "$cdn/v1/scenes/wing" | python3 -c 'import json, sys; print(json.load(sys.stdin)["manifest"])')
+is "an object for everybody" "$cdn$object" 200 MISS
+is "the same with a query" "$cdn$object?anew=1" 200 HIT
 sleep 2
 is "the object by a link that has expired" "$short$manifest" 404
 is "the pointer by a link that has expired" "$short/v1/scenes/tree" 403

@@ -19,7 +19,7 @@ for program in "$@"; do
     node | npm)
       # A distribution's own package is often too old, so none is installed.
       command -v "$program" >/dev/null ||
-        { echo "$program is missing: install Node.js 20 or newer, https://nodejs.org" >&2; exit 1; } ;;
+        { echo "$program is missing: install Node.js 20.19 or newer, https://nodejs.org" >&2; exit 1; } ;;
     chromium)
       # Ubuntu has no such package: install any Chromium or Chrome there and name it.
       [ -x "${CHROMIUM:-/usr/bin/chromium}" ] || missing+=(chromium) ;;
@@ -48,9 +48,11 @@ if [ ${#missing[@]} -gt 0 ]; then
 fi
 
 if command -v node >/dev/null; then
-  major=$(node -p 'process.versions.node.split(".")[0]')
-  if [ "$major" -lt 20 ]; then
-    echo "node $(node --version) is too old: install Node.js 20 or newer, https://nodejs.org" >&2
+  # What Vite asks for.
+  node -e 'const [major, minor] = process.versions.node.split(".").map(Number);
+    const old = major === 20 ? minor < 19 : major === 22 ? minor < 12 : major < 22;
+    process.exit(old ? 1 : 0)' || {
+    echo "node $(node --version) is too old: install Node.js 20.19 or newer, or 22.12 or newer, https://nodejs.org" >&2
     exit 1
-  fi
+  }
 fi

@@ -31,7 +31,7 @@ const {
   webCryptoDigest,
   WorkerGrowing,
 } = strategy;
-const growing = await bundledUrl("what grows", "../core/growworker.ts");
+const growing = await bundledUrl("what grows", "../core/models/growworker.ts");
 
 /** Draws nothing. */
 class NoHost {

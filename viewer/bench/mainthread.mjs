@@ -1,6 +1,6 @@
 // What did the main thread of a page do, and when? Sums the samples of a CPU profile over spans of time, by who had them run. The browser's trace
 // says how long the thread really ran in each task: the rest of it went to others on the machine. That time is shared out among the samples
-// of the task, so all sums are CPU time. Files are told apart by the names that `frames.mjs` gives to chunks: `core-scheduler.js` for `core/scheduler.ts`,
+// of the task, so all sums are CPU time. Files are told apart by the names that `frames.mjs` gives to chunks: `core-strategy-plan.js` for `core/strategy/plan.ts`,
 // `lib-three_core.js` for a part of three.js.
 
 /** What seems to run for longer than that between two samples was interrupted. */

@@ -54,13 +54,56 @@ async function closeDoor(page, name) {
   insist(stopped, "one walks through a closed door");
 }
 
+/** In a page, before anything runs there: lets a test stop frames, as a browser does for a page that nobody sees. */
+function holdFrames() {
+  const request = window.requestAnimationFrame.bind(window);
+  let held;
+  const run = (callback) => (now_ms) => (held ? held.push(callback) : callback(now_ms));
+  window.requestAnimationFrame = (callback) => request(run(callback));
+  window.hide = () => {
+    held = [];
+    Object.defineProperty(document, "hidden", { get: () => held !== undefined });
+    document.dispatchEvent(new Event("visibilitychange"));
+  };
+  window.show = () => {
+    const again = held;
+    held = undefined;
+    for (const callback of again) request(callback);
+    document.dispatchEvent(new Event("visibilitychange"));
+  };
+}
+
+/** Who turns to another page while walking stands there for others, too. */
+async function turnAway(page, other) {
+  await page.bringToFront();
+  await page.locator("#view").focus();
+  const from = (await state(page)).position;
+  await page.keyboard.down("KeyD");
+  await page.waitForFunction((z) => window.belvedere.state().position[2] > z + 0.4, from[2], { polling: 20, timeout });
+  await page.evaluate(() => window.hide());
+  await page.keyboard.up("KeyD");
+  const stood = (await state(page)).position;
+  await other.bringToFront();
+  const isThere = ([x, , z]) => {
+    const [seen] = window.belvedere.state().people;
+    return seen !== undefined && Math.hypot(seen[0] - x, seen[2] - z) < 0.15;
+  };
+  await until(other, `who looked away at ${stood} is elsewhere for others`, isThere, stood);
+  // Others let those walk on of whom they hear nothing, for two seconds.
+  await other.waitForTimeout(3000);
+  insist(await other.evaluate(isThere, stood), `who looked away at ${stood} goes on without moving`);
+  await page.evaluate(() => window.show());
+}
+
 async function openAgain(page) {
   await clickDoor(page);
   await until(page, "the door does not open", () => window.belvedere.state().closedDoors.length === 0);
 }
 
 await tell("company", async (open) => {
-  const ada = await enter(await open(), url, WEST, -Math.PI / 2);
+  const first = await open();
+  await first.addInitScript(holdFrames);
+  const ada = await enter(first, url, WEST, -Math.PI / 2);
   const bob = await enter(await open(), url, EAST, Math.PI / 2);
   // Doors outlive servers: a walk that failed may have left it closed.
   await ada.bringToFront();
@@ -74,6 +117,8 @@ await tell("company", async (open) => {
   await ada.bringToFront();
   await until(ada, "the other does not move", (z) => window.belvedere.state().people[0]?.[2] > z + 1, there[2]);
   await ada.screenshot({ path: picture("company-met") });
+  await turnAway(ada, bob);
+  await ada.bringToFront();
   await closeDoor(ada, "company");
   // Who stands at the door may be through it before the server hears of it.
   await ada.evaluate((p) => window.belvedere.walkTo(p, 2), WEST);

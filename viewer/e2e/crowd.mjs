@@ -9,7 +9,7 @@ const PEOPLE = Number(process.env.BELVEDERE_CROWD ?? 120);
 const [CORNERS, SPEED_MPS] = [12, 1.3];
 /** How long they turn at a corner. */
 const TURN_MS = 120;
-const EYES_M = 1.62;
+const EYES_M = 1.65;
 /** Draw calls that people may add, however many there are. */
 const MOST_CALLS = 3;
 /** Every so many wears the statue's model. */

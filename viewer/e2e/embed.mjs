@@ -36,7 +36,7 @@ async function byHeldPointer(page) {
 /** Of two elements that one moves which has the focus, or had it last, and none while one types. */
 async function byGamepad(page, src) {
   await page.evaluate(async (link) => {
-    window.pad = { id: "some pad", axes: [0, 0, 0, 0], buttons: [] };
+    window.pad = { id: "some pad", mapping: "standard", axes: [0, 0, 0, 0], buttons: [] };
     navigator.getGamepads = () => [window.pad];
     const worlds = [1, 2].map(() => document.createElement("belvedere-scene"));
     for (const world of worlds) world.src = link;
@@ -51,7 +51,11 @@ async function byGamepad(page, src) {
     await page.evaluate(() => {
       window.pad = { ...window.pad, axes: [0, 0, 0.8, 0] };
     });
-    await page.waitForTimeout(700);
+    // A machine that draws slowly takes a while for a frame.
+    const turns = (from) =>
+      [...document.querySelectorAll("belvedere-scene")].some((one, i) => one.pose.yaw !== from[i]);
+    await page.waitForFunction(turns, before, { timeout: 5000, polling: 50 }).catch(() => {});
+    await page.waitForTimeout(300);
     await page.evaluate(() => {
       window.pad = { ...window.pad, axes: [0, 0, 0, 0] };
     });
@@ -70,6 +74,42 @@ async function byGamepad(page, src) {
   });
 }
 
+/** Who cannot see it is told what is ahead, and is not told of each kilobyte. */
+async function heard(page) {
+  const picture = page.locator("belvedere-scene canvas");
+  insist((await picture.getAttribute("aria-describedby")) === "picture", "nothing describes the picture");
+  const words = page.locator("belvedere-scene #picture");
+  await words.getByText("Facing").waitFor({ state: "attached", timeout });
+  const said = await page.locator("belvedere-scene [role=status]").textContent();
+  insist(!/\d of /.test(said), `who listens hears of progress: ${said}`);
+  insist((await page.locator("belvedere-scene p").getAttribute("role")) === null, "the progress is read aloud");
+}
+
+/** The stick appears below the finger, also where the page has moved or shrunk what the element stands in. */
+async function byFinger(open, src) {
+  const page = await open({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+  await page.goto(new URL("embed/example.html", url).href);
+  await page.evaluate((link) => {
+    const frame = document.createElement("div");
+    frame.style = "transform: translateY(150px) scale(0.8); width: 360px; padding: 10px";
+    const element = document.querySelector("belvedere-scene");
+    element.style = "border: 7px solid; padding: 5px";
+    element.replaceWith(frame);
+    frame.append(element);
+    element.src = link;
+  }, src);
+  await page.waitForFunction(() => document.querySelector("belvedere-scene").pose, undefined, { timeout });
+  const box = await page.locator("belvedere-scene canvas").boundingBox();
+  const [x, y] = [box.x + 70, box.y + 90];
+  const touch = await page.context().newCDPSession(page);
+  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x, y }] });
+  await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: [{ x: x + 3, y: y - 20 }] });
+  const stick = await page.locator("belvedere-scene .stick").boundingBox();
+  const off_px = Math.hypot(stick.x + stick.width / 2 - x, stick.y + stick.height / 2 - y);
+  insist(off_px < 2, `the stick is ${off_px} px from the finger`);
+  await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+}
+
 await tell("embed", async (open) => {
   const page = await open();
   const base = new URL(url);
@@ -78,6 +118,7 @@ await tell("embed", async (open) => {
   await ready(page, "the example", `../${base.search}`);
   await page.waitForTimeout(1500);
   await page.screenshot({ path: picture("embed") });
+  await heard(page);
   const start = await pose(page);
   await page.keyboard.down("KeyW");
   await page.waitForTimeout(400);
@@ -91,6 +132,35 @@ await tell("embed", async (open) => {
   const [x, y, z] = start.position;
   await ready(page, "another link", `../${base.search}#p=${[x + 1, y, z].join()}&yaw=90&pitch=0`);
   insist(Math.abs((await pose(page)).position[0] - x - 1) < 0.01, "the pose of the link is not taken");
+  // Who moves it in the page, or gives it another place, goes on in the same world.
+  const before = await pose(page);
+  const canvas = await page.locator("belvedere-scene canvas").elementHandle();
+  await ready(page, "another place", `../${base.search}#p=${[x + 0.5, y, z].join()}&yaw=0&pitch=0`);
+  insist(await canvas.evaluate((one) => one.isConnected), "another place begins all over");
+  insist(Math.abs((await pose(page)).position[0] - x - 0.5) < 0.01, "another place in the same world is not taken");
+  // A link without a place leads to the start, and what was said of the one before is over.
+  const message = page.locator("belvedere-scene p");
+  await page.evaluate(
+    (nowhere) => {
+      document.querySelector("belvedere-scene").src = nowhere;
+    },
+    `../${base.search}#p=${[x, y + 5000, z].join()}&yaw=0&pitch=0`,
+  );
+  await page.locator("belvedere-scene button").getByText("Go to the start").waitFor({ timeout });
+  await ready(page, "a link without a place", `../${base.search}`);
+  insist(await canvas.evaluate((one) => one.isConnected), "a link without a place begins all over");
+  insist(
+    String((await pose(page)).position) === String(start.position),
+    "a link without a place does not lead to the start",
+  );
+  insist(!/link/.test(await message.textContent()), `after a good link it says: ${await message.textContent()}`);
+  await page.evaluate((there) => {
+    const element = document.querySelector("belvedere-scene");
+    element.pose = there;
+    document.body.prepend(element);
+  }, before);
+  await page.waitForFunction(() => document.querySelector("belvedere-scene").pose, undefined, { timeout });
+  insist(Math.abs((await pose(page)).position[0] - x - 1) < 0.01, "who is moved in the page starts all over");
   const refused = await page.evaluate(() => {
     const element = document.querySelector("belvedere-scene");
     try {
@@ -104,6 +174,7 @@ await tell("embed", async (open) => {
   await byHeldPointer(page);
   await page.evaluate(() => document.querySelector("belvedere-scene").remove());
   await byGamepad(page, `../${base.search}`);
+  await byFinger(open, `../${base.search}`);
   const lost = await open(undefined, /status of 404|ERR_INTERNET_DISCONNECTED/);
   await lost.goto(new URL("embed/example.html", base).href);
   await lost.evaluate(() => document.querySelector("belvedere-scene").setAttribute("src", "../nowhere/?scene=none"));
@@ -119,7 +190,10 @@ await tell("embed", async (open) => {
   insist((await lost.evaluate(() => document.querySelector("belvedere-scene").src)) === late, "src is not told");
   // Without a line nothing comes, and with the line it does.
   await lost.context().setOffline(true);
-  await lost.evaluate((src) => document.querySelector("belvedere-scene").setAttribute("src", src), `${late}#p=0,0,0`);
+  await lost.evaluate(
+    (src) => document.querySelector("belvedere-scene").setAttribute("src", src),
+    `${late}${base.search ? "&" : "?"}again`,
+  );
   const line = lost.locator("belvedere-scene p");
   await line.getByText("cannot be reached").waitFor({ timeout });
   const back = ready(lost, "a line that came back");

@@ -75,7 +75,7 @@ async function people(page, address) {
   const movers = new URL("/v1/scenes/square/movers", address);
   return Promise.all(
     Array.from({ length: PEOPLE }, async (_, i) => {
-      const at = (x) => [position[0] + x, 1.62, position[2] - 2 - 3 * i];
+      const at = (x) => [position[0] + x, 1.65, position[2] - 2 - 3 * i];
       const key = (t_ms, x) => ({ t_ms, position: at(x), orientation: [0, 0, 0, 1] });
       const trajectory = { keys: [key(0, -1), key(2000, 1), key(4000, -1)], repeat: true };
       const data = { trajectory, ...(i % 3 === 0 ? { avatar: statue } : {}) };

@@ -3,7 +3,7 @@
  * button, looks up and down, flies, asks for help, and listens to what a screen reader is told. `BELVEDERE_URL` names a tree that
  * has the scene `doored` (`e2e/worlds`). Environment: see `browser.mjs`.
  */
-import { addressOf, insist, picture, settle, state, tell, timeout } from "./browser.mjs";
+import { addressOf, insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
 
 async function until(page, what, test, argument) {
   try {
@@ -78,11 +78,11 @@ async function look(page) {
   await page.keyboard.press("KeyC");
   await until(page, "one does not look straight ahead", () => window.belvedere.state().pitch === 0);
   await page.keyboard.press("KeyF");
-  await page.getByText("Flying: walls do not stop you").waitFor({ timeout });
+  await page.locator("#mode").getByText("Flying: walls do not stop you").waitFor({ timeout });
   await hear(page, /Flying: walls do not stop you/);
   insist((await page.locator("#fly-toggle").getAttribute("aria-pressed")) === "true", "the fly button shows nothing");
   await page.keyboard.press("KeyG");
-  await page.getByText("Frozen: what is shown stays").waitFor({ timeout });
+  await page.locator("#mode").getByText("Frozen: what is shown stays").waitFor({ timeout });
   insist(await page.locator("#fly-toggle").isDisabled(), "one can walk about in a frozen picture");
   await page.locator("#view").focus();
   await page.keyboard.press("KeyG");
@@ -144,10 +144,74 @@ async function described(page) {
   await page.screenshot({ path: picture("keys-focus") });
 }
 
+/** Enter on a button of the element is for that button, also where a door is in reach, and the focus stays in the element when it goes. */
+async function pressInElement(page, door) {
+  const link = await page.evaluate(() => document.querySelector("belvedere-scene").src);
+  await page.evaluate((nowhere) => {
+    document.querySelector("belvedere-scene").src = nowhere;
+  }, `${link}#p=3.5,5000,3&yaw=-90&pitch=0`);
+  const way = page.locator("belvedere-scene button").getByText("Go to the start");
+  await way.waitFor({ timeout });
+  await page.evaluate(() => {
+    window.near = { position: [3.5, 1.65, 3], yaw: -Math.PI / 2, pitch: 0, mode: "walk" };
+    document.querySelector("belvedere-scene").pose = window.near;
+  });
+  await door.getByText("open").waitFor({ timeout });
+  await way.focus();
+  await page.keyboard.press("Enter");
+  await way.waitFor({ state: "hidden", timeout });
+  const at = await page.evaluate(() => document.querySelector("belvedere-scene").shadowRoot.activeElement?.localName);
+  insist(at === "canvas", `the focus is at ${at} when its button is gone`);
+  await page.evaluate(() => {
+    document.querySelector("belvedere-scene").pose = window.near;
+  });
+  await door.getByText("open").waitFor({ timeout });
+}
+
+/** A key that is held is let go when the focus leaves from a button of the element. */
+async function leaveElement(page, door) {
+  const yaw = () => page.evaluate(() => document.querySelector("belvedere-scene").pose.yaw);
+  await page.evaluate(() => document.body.append(document.createElement("input")));
+  await door.focus();
+  const before = await yaw();
+  await page.keyboard.down("ArrowLeft");
+  await page.waitForFunction((from) => document.querySelector("belvedere-scene").pose.yaw !== from, before, {
+    timeout,
+  });
+  await page.locator("input").focus();
+  await page.waitForTimeout(500);
+  const left = await yaw();
+  await page.waitForTimeout(500);
+  insist((await yaw()) === left, "a key stays held though the focus has left");
+  await page.keyboard.up("ArrowLeft");
+}
+
+/** In an element on another page, too, a button says which door is in reach, and who listens hears of it. */
+async function inElement(open) {
+  const page = await open();
+  await page.goto(new URL("embed/example.html", url).href);
+  await page.evaluate(() => {
+    const element = document.querySelector("belvedere-scene");
+    element.src = "../?scene=doored";
+    element.pose = { position: [3.5, 1.65, 3], yaw: -Math.PI / 2, pitch: 0, mode: "walk" };
+  });
+  const door = page.locator("belvedere-scene button[aria-keyshortcuts=Enter]");
+  await door.getByText("close").waitFor({ timeout });
+  const said = page.locator("belvedere-scene [role=status]");
+  await page.waitForTimeout(1500);
+  insist(!/Enter/.test(await said.textContent()), "a page speaks of a door though nobody is in the world");
+  await page.locator("belvedere-scene canvas").focus();
+  await said.getByText("Enter: close").waitFor({ state: "attached", timeout });
+  await page.keyboard.press("Enter");
+  await door.getByText("open").waitFor({ timeout });
+  await pressInElement(page, door);
+  await leaveElement(page, door);
+}
+
 await tell("keys", async (open) => {
   const page = await open({ viewport: { width: 1280, height: 720 }, reducedMotion: "reduce" });
   await page.addInitScript(() => {
-    window.pad = { id: "some pad", axes: [0, 0, 0, 0], buttons: [] };
+    window.pad = { id: "some pad", mapping: "standard", axes: [0, 0, 0, 0], buttons: [] };
     navigator.getGamepads = () => [window.pad];
   });
   await throughTheDoor(page);
@@ -156,5 +220,6 @@ await tell("keys", async (open) => {
   await described(page);
   const { problems } = await state(page);
   insist(problems.length === 0, `the viewer reports: ${problems.join("; ")}`);
+  await inElement(open);
   console.log("keys alone lead through a door, and a screen reader is told of it");
 });

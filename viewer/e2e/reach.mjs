@@ -149,13 +149,13 @@ async function byPhone(page) {
 
 async function byGamepad(page) {
   await page.addInitScript(() => {
-    window.pad = { id: "some pad", axes: [0, 0, 0, 0], buttons: [] };
+    window.pad = { id: "some pad", mapping: "standard", axes: [0, 0, 0, 0], buttons: [] };
     navigator.getGamepads = () => [null, window.pad];
   });
   await page.goto(url);
   const start = await settle(page, "the first cell");
   await page.evaluate(() => {
-    window.pad = { id: "some pad", axes: [0, -1, 0.6, 0], buttons: [] };
+    window.pad = { id: "some pad", mapping: "standard", axes: [0, -1, 0.6, 0], buttons: [] };
   });
   await until(
     page,
@@ -188,7 +188,7 @@ function tapPad(page, button) {
 
 async function byGamepadSlowly(page) {
   await page.addInitScript(() => {
-    window.pad = { id: "some pad", axes: [0, 0, 0, 0], buttons: [] };
+    window.pad = { id: "some pad", mapping: "standard", axes: [0, 0, 0, 0], buttons: [] };
     navigator.getGamepads = () => [window.pad];
     const next = window.requestAnimationFrame.bind(window);
     window.requestAnimationFrame = (frame) => setTimeout(() => next(frame), 500);

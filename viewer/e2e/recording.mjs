@@ -71,6 +71,13 @@ await tell("recording", async (open) => {
     return new Promise((done) => setTimeout(() => done(window.belvedere.recording.stop()), 500));
   });
   insistOnScript(again);
+  const [only] = insistOnScript(
+    await page.evaluate(() => {
+      window.belvedere.recording.start();
+      return window.belvedere.recording.stop();
+    }),
+  );
+  insist(near(only.position, end.position), `what ends before a frame is at ${only.position}, not ${end.position}`);
   if (process.env.BELVEDERE) {
     const tree = new URL(url);
     const args = ["walk", tree.origin, "--scene", end.scene, "--script", await download.path(), "--json"];

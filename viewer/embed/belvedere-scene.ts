@@ -6,30 +6,30 @@
  * It dispatches `ready` when the first picture is complete, and `problem`, with the error as `detail`, when something
  * could not be loaded.
  */
-import { type Pose, readPose, treeBase } from "../core/address.ts";
-import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
-import { length } from "../core/geometry.ts";
-import { passes } from "../core/losses.ts";
-import type { Silence } from "../core/silences.ts";
-import { Tree } from "../core/tree.ts";
-import { webCryptoDigest } from "../core/verify.ts";
+import { length } from "../core/basics/geometry.ts";
+import { FETCH_DEFAULTS, FetchQueue } from "../core/fetch/fetchqueue.ts";
+import { passes } from "../core/fetch/losses.ts";
+import type { Silence } from "../core/fetch/silences.ts";
+import { Tree } from "../core/fetch/tree.ts";
+import { webCryptoDigest } from "../core/fetch/verify.ts";
+import { type Pose, readPose, treeBase } from "../core/movement/address.ts";
 import { decoderReady } from "../three/decoder.ts";
 import { Stage } from "../three/stage.ts";
+import { describeInto } from "../ui/alternative.ts";
 import { ASTRAY, TO_THE_START } from "../ui/astray.ts";
 import { Controls } from "../ui/controls.ts";
-import { make } from "../ui/dom.ts";
+import { DoorHint } from "../ui/doorhint.ts";
 import { Doors } from "../ui/doors.ts";
 import { type Opened, openScene } from "../ui/opening.ts";
 import { unlessForbidden } from "../ui/policy.ts";
 import { explain, explainSilence, NO_GRAPHICS, NoSuchScene, type Server, serverAt } from "../ui/problem.ts";
+import { Reopening } from "../ui/reopening.ts";
 import { Visit } from "../ui/visit.ts";
 import { Attention, isTyping } from "./attention.ts";
-import { Caption } from "./caption.ts";
-import { STYLE } from "./style.ts";
+import type { Caption } from "./caption.ts";
+import { type Furniture, furnish, HOW_TO_MOVE } from "./furniture.ts";
+import { isSameWorld } from "./sameworld.ts";
 import { takeEarly } from "./upgrade.ts";
-
-const HOW_TO_MOVE =
-  "Move with W, A, S, D or the arrow keys; drag to look around, or press R and V; Enter opens and closes doors.";
 
 /** Of all elements on the page, those of other versions apart. */
 const attention = new Attention<BelvedereScene>(() => isTyping(document.activeElement));
@@ -40,10 +40,14 @@ const behind = (base: URL): Server => ({ ...serverAt(base, location.origin), isF
 export class BelvedereScene extends HTMLElement {
   static readonly observedAttributes = ["src"];
   private visit: Visit | undefined;
+  private queue: FetchQueue | undefined;
+  private opening: Reopening<Opened> | undefined;
   private canvas: HTMLCanvasElement | undefined;
   private caption: Caption | undefined;
   /** Where to go as soon as a scene is open. */
   private wanted: Pose | undefined;
+  /** Where one was in what a link leads to, when the element left the page: who moves it in the page stays there. */
+  private kept: { readonly src: string; readonly pose: Pose } | undefined;
   /** Which attempt to show something is the current one. */
   private attempt = 0;
 
@@ -58,6 +62,9 @@ export class BelvedereScene extends HTMLElement {
   disconnectedCallback(): void {
     removeEventListener("online", this.retry);
     attention.leaves(this);
+    const { src, pose } = this;
+    // Who is moved twice may not have come anywhere in between.
+    if (pose) this.kept = { src, pose };
     this.leave();
   }
 
@@ -68,7 +75,9 @@ export class BelvedereScene extends HTMLElement {
 
   attributeChangedCallback(_name: string, before: string | null, after: string | null): void {
     // What stands in the page's text is there before the element is connected.
-    if (this.attempt > 0 && this.isConnected && before !== after) void this.show();
+    if (this.attempt === 0 || !this.isConnected || before === after) return;
+    if (this.visit && after !== null && isSameWorld(before, after, document.baseURI)) this.goOn(this.visit, after);
+    else void this.show();
   }
 
   /** The link to a viewer that is shown. */
@@ -107,59 +116,82 @@ export class BelvedereScene extends HTMLElement {
 
   /** Where something could not be had, it may come now. */
   private readonly retry = (): void => {
-    if (!this.caption?.hasFailed) return;
-    if (!this.visit) void this.show();
-    else {
-      this.caption.forgive();
-      this.visit.explorer.retry();
-    }
+    if (this.caption?.hasFailed) this.tryAgain();
   };
+
+  private tryAgain(): void {
+    if (this.visit) {
+      this.caption?.forgive();
+      this.visit.explorer.retry();
+    } else if (!this.opening?.now()) void this.show();
+  }
+
+  /** Goes to the place in the world that is shown which a link names, or where one begins; what was wrong may be well by now. */
+  private goOn(visit: Visit, link: string): void {
+    this.caption?.withdraw();
+    if (this.caption?.hasFailed) this.tryAgain();
+    const pose = readPose(new URL(link, document.baseURI).hash);
+    if (pose) visit.follow(pose);
+    else visit.start();
+    this.caption?.expect();
+  }
 
   private leave(): void {
     this.attempt += 1;
+    this.opening?.close();
+    this.opening = undefined;
     this.visit?.close();
     this.visit = undefined;
+    this.queue?.close();
+    this.queue = undefined;
+    // A page may keep the element, but not what it drew with.
+    this.shadowRoot?.replaceChildren();
+    this.canvas = undefined;
+    this.caption = undefined;
   }
 
   private async show(): Promise<void> {
     this.leave();
     const { attempt } = this;
-    const canvas = make("canvas", { tabindex: "0", role: "application", "aria-label": `A world. ${HOW_TO_MOVE}` });
-    const stick = make("div", { class: "stick", hidden: true, "aria-hidden": "true" }, make("i"));
-    const line = make("p", { role: "status" });
-    const way = make("button", { type: "button", hidden: true });
-    const caption = new Caption(line, () => this.dispatchEvent(new Event("ready")), way);
+    const furniture = furnish(this, () => this.dispatchEvent(new Event("ready")));
+    const { canvas, caption } = furniture;
     for (const name of ["pointerdown", "focus"]) canvas.addEventListener(name, () => attention.uses(this));
     [this.canvas, this.caption] = [canvas, caption];
-    const root = this.shadowRoot ?? this.attachShadow({ mode: "open" });
-    const style = new CSSStyleSheet();
-    style.replaceSync(STYLE);
-    root.adoptedStyleSheets = [style];
-    root.replaceChildren(canvas, stick, make("div", { class: "caption" }, line, way));
     let server = behind(new URL(location.href));
     try {
       const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
       server = behind(new URL(treeBase(src.href)));
       const silent = (silence?: Silence) => caption.delay(silence && explainSilence(silence, server));
-      const [opened] = await Promise.all([open(src, silent), decoderReady()]);
+      const queue = queueFor(silent);
+      this.queue = queue;
+      const opening = new Reopening(
+        () => open(src, queue),
+        (error) => this.fail(error, server, caption),
+      );
+      this.opening = opening;
+      const [opened] = await Promise.all([opening.opened, decoderReady()]);
       if (attempt !== this.attempt) return;
+      caption.forgive();
       const stage = await Stage.open(canvas);
       if (attempt !== this.attempt) {
         stage.close();
         return;
       }
-      this.visit = this.begin(stage, opened, { canvas, stick, caption }, readPose(src.hash));
+      this.visit = this.begin(stage, opened, furniture, readPose(src.hash));
     } catch (error) {
-      if (attempt === this.attempt) this.fail(error, server, caption);
+      if (attempt !== this.attempt) return;
+      this.opening?.close();
+      this.fail(error, server, caption);
     }
   }
 
   private begin(
     stage: Stage,
     { scene, isRoofed, frame }: Opened,
-    { canvas, stick, caption }: { canvas: HTMLCanvasElement; stick: HTMLElement; caption: Caption },
+    { canvas, over, stick, caption, picture, announcer, door }: Furniture,
     pose: Pose | undefined,
   ): Visit {
+    const { attempt } = this;
     canvas.setAttribute("aria-label", `${scene.manifest.title}. ${HOW_TO_MOVE}`);
     const server = behind(scene.tree.base);
     const visit = new Visit({
@@ -168,29 +200,44 @@ export class BelvedereScene extends HTMLElement {
       display: caption,
       isRoofed,
       frame,
-      problem: (error) => this.fail(error, server, caption),
+      problem: (error) => {
+        // What is given up when one leaves is missed by nobody.
+        if (attempt === this.attempt) this.fail(error, server, caption);
+      },
       answered: () => caption.answered(),
       outdated: () => this.showAnew(),
       astray: (how) => caption.offer(ASTRAY[how], TO_THE_START, () => visit.start()),
       graphics: (state) => {
-        if (state === "lost") caption.problem(NO_GRAPHICS, true);
-        else caption.answered();
+        caption.dark(state === "lost" ? NO_GRAPHICS : "");
       },
     });
-    const { wanted } = this;
+    const wanted = this.wanted ?? (this.kept?.src === this.src ? this.kept.pose : undefined);
     this.wanted = undefined;
+    this.kept = undefined;
     if (wanted) visit.teleport(wanted);
     else if (pose) visit.follow(pose);
     else visit.start();
     const doors = new Doors(visit);
+    describeInto(picture, visit);
+    const hint = new DoorHint({
+      visit,
+      doors,
+      announcer,
+      ...door,
+      goes: () => {
+        if (this.shadowRoot?.activeElement === door.button) this.focus({ preventScroll: true });
+      },
+      use: ({ entry }) => doors.use(entry.object),
+    });
     const controls = new Controls(canvas, stick, {
       keys: this,
+      over,
       hearsPads: () => attention.has(this),
       turn: (yaw, pitch) => visit.turn(yaw, pitch),
       command: (command) => {
         if (command === "fly") visit.toggleFly();
         else if (command === "level") visit.level();
-        else if (command === "door") return doors.useInReach();
+        else if (command === "door") return hint.use();
         else return false;
         return true;
       },
@@ -216,19 +263,27 @@ export class BelvedereScene extends HTMLElement {
   private fail(error: unknown, server: Server, caption: Caption): void {
     const { title, text } = explain(error, server);
     const others = error instanceof NoSuchScene ? (error.others ?? []).map(({ scene }) => scene).join(", ") : "";
-    caption.problem(`${title}. ${text}${others && ` ${others}.`}`, passes(error));
+    const mayHelp = this.visit !== undefined || passes(error);
+    caption.problem(
+      `${title}. ${text}${others && ` ${others}.`}`,
+      passes(error),
+      mayHelp ? () => this.tryAgain() : undefined,
+    );
     this.dispatchEvent(new CustomEvent("problem", { detail: error }));
   }
 }
 
-function open(src: URL, silent: (silence?: Silence) => void): Promise<Opened> {
-  const tree = new Tree(treeBase(src.href));
-  const queue = new FetchQueue({
+function queueFor(silent: (silence?: Silence) => void): FetchQueue {
+  return new FetchQueue({
     ...FETCH_DEFAULTS,
     fetch: (url, init) => fetch(url, init),
     digest: webCryptoDigest(),
     silent,
   });
+}
+
+function open(src: URL, queue: FetchQueue): Promise<Opened> {
+  const tree = new Tree(treeBase(src.href));
   return unlessForbidden(tree, openScene(queue, tree, src));
 }
 

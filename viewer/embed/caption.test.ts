@@ -8,11 +8,16 @@ function reading(loaded_bytes: number, settled: boolean): Readings {
   return { cell: 0, inside: true, progress, settled, ...counts };
 }
 
+const UNTOLD = { ready: () => {}, goes: () => {} };
+
 function captioned(): { line: { hidden: boolean; textContent: string }; caption: Caption; ready: () => number } {
   const line = { hidden: false, textContent: "" };
   let ready = 0;
-  const caption = new Caption(line as unknown as HTMLElement, () => {
-    ready += 1;
+  const caption = new Caption(line as unknown as HTMLElement, {
+    ...UNTOLD,
+    ready: () => {
+      ready += 1;
+    },
   });
   return { line, caption, ready: () => ready };
 }
@@ -39,6 +44,9 @@ it("tells how much is here, is still once all is, and tells that one flies", () 
   caption.show(reading(4000, true));
   caption.show(reading(4000, true));
   expect([line.hidden, ready()]).toEqual([true, 1]);
+  caption.expect();
+  caption.show(reading(4000, true));
+  expect(ready()).toBe(2);
   caption.mode("fly");
   expect(line.hidden).toBe(false);
   caption.mode("walk");
@@ -84,7 +92,7 @@ it("keeps a problem that passes only until the server answers", () => {
 it("says what takes long and offers the way back, but a problem first", () => {
   const line = { hidden: false, textContent: "" };
   const way = { hidden: true, textContent: "", onclick: null as unknown as () => void };
-  const caption = new Caption(line as unknown as HTMLElement, () => {}, way as unknown as HTMLButtonElement);
+  const caption = new Caption(line as unknown as HTMLElement, UNTOLD, way as unknown as HTMLButtonElement);
   const now = () => [line.textContent, way.hidden];
   caption.mode("fly");
   caption.delay("It takes long.");
@@ -100,4 +108,54 @@ it("says what takes long and offers the way back, but a problem first", () => {
   way.onclick();
   caption.delay();
   expect([...now(), went]).toEqual([expect.stringMatching(/^Flying/), true, 1]);
+});
+
+it("offers to try again what may be of use, and is silent about it then", () => {
+  const line = { hidden: false, textContent: "" };
+  const button = { hidden: true, textContent: "", onclick: null as unknown as () => void };
+  let gone = 0;
+  const told = {
+    ...UNTOLD,
+    goes: () => {
+      gone += button.hidden ? 0 : 1;
+    },
+  };
+  const caption = new Caption(line as unknown as HTMLElement, told, button as unknown as HTMLButtonElement);
+  caption.problem("Nothing comes.");
+  expect(button.hidden).toBe(true);
+  let tried = 0;
+  caption.problem("Nothing comes.", true, () => {
+    tried += 1;
+  });
+  expect([button.hidden, button.textContent, gone]).toEqual([false, "Try again", 0]);
+  button.onclick();
+  caption.mode("walk");
+  expect(gone).toBe(1);
+  expect([tried, line.hidden, button.hidden, caption.hasFailed]).toEqual([1, true, true, false]);
+});
+
+it("says that nothing can be drawn until it can, whatever becomes of the line", () => {
+  const { line, caption } = captioned();
+  caption.problem("The server does not answer.", true);
+  caption.dark("The graphics card is busy.");
+  caption.answered();
+  caption.forgive();
+  expect(line.textContent).toBe("The graphics card is busy.");
+  expect(caption.hasFailed).toBe(false);
+  caption.problem("Something is missing.");
+  expect(line.textContent).toBe("The graphics card is busy.");
+  caption.dark();
+  expect(line.textContent).toBe("Something is missing.");
+});
+
+it("tells who listens to the page all but how much is here", () => {
+  const line = { hidden: false, textContent: "" } as unknown as HTMLElement;
+  const heard: string[] = [];
+  const announcer = { say: (topic: string, text: string) => heard.push(`${topic}: ${text}`) };
+  const caption = new Caption(line, UNTOLD, undefined, announcer);
+  for (const bytes of [1000, 2000, 3000]) caption.show(reading(bytes, false));
+  expect([line.textContent, heard]).toEqual(["3.0 kB of 4.0 kB", []]);
+  caption.problem("Nothing comes.", true);
+  caption.answered();
+  expect(heard).toEqual(["problem: Nothing comes.", "problem: "]);
 });

@@ -64,8 +64,22 @@ p {
 p:empty {
   display: none;
 }
+.unseen {
+  position: absolute;
+  width: 1px;
+  height: 1px;
+  overflow: hidden;
+  clip-path: inset(50%);
+  white-space: nowrap;
+}
+.over {
+  position: absolute;
+  inset: 0;
+  pointer-events: none;
+}
 .stick {
-  position: fixed;
+  position: absolute;
+  box-sizing: border-box;
   width: 96px;
   height: 96px;
   margin: -48px 0 0 -48px;

@@ -1,10 +1,16 @@
 // What grows out of a file of rules? The evaluator of the core in Node: `node examples/grow.mjs tree.dcg seed=3 height=12`.
-import { readFileSync } from "node:fs";
-import { basename, dirname, join } from "node:path";
+import { readFileSync, realpathSync } from "node:fs";
+import { basename, dirname, join, sep } from "node:path";
 import { procedural } from "belvedere-viewer/core";
 
 const [file = "", ...given] = process.argv.slice(2);
-const load = (path) => readFileSync(join(dirname(file), path), "utf8");
+const folder = realpathSync(dirname(file));
+const load = (path) => {
+  // Neither a path nor a link leads out of the folder of the rules.
+  const found = realpathSync(join(folder, procedural.insideFolder(path)));
+  if (!found.startsWith(join(folder, sep))) throw new Error("a link leads out of the source's folder");
+  return readFileSync(found, "utf8");
+};
 const values = new Map(given.map((argument) => argument.split("=")));
 const seed = Number(values.get("seed") ?? 0);
 values.delete("seed");
@@ -12,7 +18,7 @@ values.delete("seed");
 const parameters = new Map([...values].map(([name, text]) => [name, procedural.valueFromJson(JSON.parse(text))]));
 
 try {
-  const program = procedural.readProgram(basename(file), load(basename(file)), load);
+  const program = procedural.readProgram(basename(file), readFileSync(file, "utf8"), load);
   const grown = procedural.grow(program, { seed, parameters });
   let triangles = 0;
   for (const { part } of procedural.instancesOf(grown)) {

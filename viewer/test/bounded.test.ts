@@ -1,7 +1,8 @@
 import { readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { expect, it } from "vitest";
-import { CellRecordError, decodeCellRecord, decodeSteps, followStep } from "../core/cellrecord.ts";
+import { DocumentError, Json } from "../core/basics/json.ts";
+import { CellRecordError, decodeCellRecord, decodeSteps, followStep } from "../core/documents/cellrecord.ts";
 import {
   readCellChunk,
   readManifest,
@@ -9,11 +10,10 @@ import {
   readPage,
   readPointer,
   readSceneList,
-} from "../core/documents.ts";
-import { DocumentError, Json } from "../core/json.ts";
-import { readModelChunk } from "../core/modeldocument.ts";
-import { atOnce } from "../core/pieces.ts";
-import { decodePopulation } from "../core/population.ts";
+} from "../core/documents/documents.ts";
+import { readModelChunk } from "../core/documents/modeldocument.ts";
+import { decodePopulation } from "../core/documents/population.ts";
+import { atOnce } from "../core/pace/pieces.ts";
 import { DcgError, grow, LIMITS, readProgram } from "../core/procedural/index.ts";
 import { ClusterTree, Selection } from "../core/select/index.ts";
 import { readHeader } from "../core/smooth/header.ts";

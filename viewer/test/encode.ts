@@ -3,12 +3,12 @@
  * pictures.
  */
 import { crc32, deflateSync } from "node:zlib";
-import { type CellRecord, VERSION, type Visible } from "../core/cellrecord.ts";
-import type { Vec3 } from "../core/geometry.ts";
-import { METHODS, missBoundOf } from "../core/geometrysection.ts";
-import { atOnce } from "../core/pieces.ts";
-import { type Bit, type Coder, Interval } from "../core/rangecoder.ts";
-import { type Coded, codeChanges, NOTHING } from "../core/recordcoding.ts";
+import type { Vec3 } from "../core/basics/geometry.ts";
+import { type Bit, type Coder, Interval } from "../core/basics/rangecoder.ts";
+import { type CellRecord, VERSION, type Visible } from "../core/documents/cellrecord.ts";
+import { METHODS, missBoundOf } from "../core/documents/geometrysection.ts";
+import { type Coded, codeChanges, NOTHING } from "../core/documents/recordcoding.ts";
+import { atOnce } from "../core/pace/pieces.ts";
 
 /** Writes decisions. */
 class Encoder implements Coder {

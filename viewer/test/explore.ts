@@ -2,25 +2,25 @@
  * What does an explorer do with a small published scene? One with a renderer that draws nothing and a web server in memory,
  * which both remember what they were asked.
  */
-
-import { Explorer } from "../core/explorer.ts";
-import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
-import { FrameBudget } from "../core/framebudget.ts";
-import type { Vec3 } from "../core/geometry.ts";
-import type { Growing, Seedling } from "../core/growing.ts";
-import { grownGlb } from "../core/grownglb.ts";
-import type { Impostor } from "../core/impostordocument.ts";
-import { HEADER_BYTES } from "../core/linemeter.ts";
-import type { Decoded, ModelHost } from "../core/modelloads.ts";
-import type { PlacedObject, Uses } from "../core/objects.ts";
+import type { Uses } from "../core/atlas/objects.ts";
+import { PublishedScene } from "../core/atlas/published.ts";
+import type { Vec3 } from "../core/basics/geometry.ts";
+import type { Impostor } from "../core/documents/impostordocument.ts";
+import type { PlacedObject } from "../core/documents/placedobject.ts";
+import { Explorer } from "../core/explorer/explorer.ts";
+import { FETCH_DEFAULTS, FetchQueue } from "../core/fetch/fetchqueue.ts";
+import { RequestLog } from "../core/fetch/requestlog.ts";
+import type { Silence } from "../core/fetch/silences.ts";
+import { Tree } from "../core/fetch/tree.ts";
+import { webCryptoDigest } from "../core/fetch/verify.ts";
+import type { Growing, Seedling } from "../core/models/growing.ts";
+import { grownGlb } from "../core/models/grownglb.ts";
+import type { Decoded, ModelHost } from "../core/models/modelloads.ts";
+import { FrameBudget } from "../core/pace/framebudget.ts";
 import { growModel } from "../core/procedural/index.ts";
-import { PublishedScene } from "../core/published.ts";
-import { RequestLog } from "../core/requestlog.ts";
-import type { Part } from "../core/residency.ts";
-import type { Shelf } from "../core/shelf.ts";
-import type { Silence } from "../core/silences.ts";
-import { Tree } from "../core/tree.ts";
-import { webCryptoDigest } from "../core/verify.ts";
+import type { Shelf } from "../core/shelf/shelf.ts";
+import { HEADER_BYTES } from "../core/strategy/file.ts";
+import type { Part } from "../core/strategy/residency.ts";
 import { type Files, type FixtureOptions, publish } from "./fixture.ts";
 import { type ServerOptions, serveFiles } from "./serve.ts";
 

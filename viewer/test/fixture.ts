@@ -11,10 +11,10 @@
 import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import type { CellRecord, Portal, Visible } from "../core/cellrecord.ts";
-import { FORMAT } from "../core/documents.ts";
-import type { Bounds, Vec3 } from "../core/geometry.ts";
-import type { PackRef } from "../core/modeldocument.ts";
+import type { Bounds, Vec3 } from "../core/basics/geometry.ts";
+import type { CellRecord, Portal, Visible } from "../core/documents/cellrecord.ts";
+import { FORMAT } from "../core/documents/documents.ts";
+import type { PackRef } from "../core/documents/modeldocument.ts";
 import { readHeader } from "../core/smooth/header.ts";
 import {
   ball,

@@ -1,7 +1,7 @@
 /** What is an object that stands somewhere, for those who decide what to fetch of it? One whose levels shrink by halves. */
-import type { FileRef } from "../core/documents.ts";
-import type { PlacedObject } from "../core/objects.ts";
-import type { Eye } from "../core/screenerror.ts";
+import type { FileRef } from "../core/documents/documents.ts";
+import type { PlacedObject } from "../core/documents/placedobject.ts";
+import type { Eye } from "../core/strategy/sight.ts";
 
 /** Where one looks from: the origin, along −Z. */
 export const EYE: Eye = { position: [0, 0, 0], viewAngle_rad: Math.PI / 3, height_px: 1080 };

@@ -4,18 +4,17 @@
  * in the inspector how often they are heard of.
  */
 import { Color, Group, Matrix4, Quaternion, Vector3 } from "three";
-import { length, subtract, type Vec3 } from "../core/geometry.ts";
+import { length, subtract, type Vec3 } from "../core/basics/geometry.ts";
+import { EYE_HEIGHT_M } from "../core/basics/person.ts";
 import type { Mover } from "../core/live/company.ts";
 import { colourOf, Gait, isFar, type Pose, type Round } from "../core/live/crowd.ts";
 import type { Worn } from "../core/live/events.ts";
-import type { Eye } from "../core/screenerror.ts";
+import type { Eye } from "../core/strategy/sight.ts";
 import { Discs, FarCrowd, NearCrowd, type Somebody } from "./crowds.ts";
 import type { Person } from "./person.ts";
 import { PersonCapture, pixelOf_m } from "./personcapture.ts";
-import { type Studio, Wardrobe } from "./wardrobe.ts";
+import { keyOf, type Studio, Wardrobe } from "./wardrobe.ts";
 
-/** A mover's position is that of its eyes. */
-export const EYE_HEIGHT_M = 1.62;
 /** A smaller step is not worth a new picture. */
 const STEP_M = 1e-3;
 /** As for objects that stand still. */
@@ -79,6 +78,7 @@ export class Avatars {
     const present = new Set(movers.map(({ object }) => object));
     const gone = [...this.figures.keys()].filter((object) => !present.has(object));
     for (const object of gone) this.figures.delete(object);
+    this.wardrobe.wear(new Set(movers.flatMap(({ worn }) => (worn ? keyOf(worn.impostor) : []))));
     let changed = gone.length > 0 || look.rates !== this.rates || this.stale;
     this.stale = false;
     for (const mover of movers) {
@@ -134,7 +134,7 @@ export class Avatars {
       if (!drawn) continue;
       const { worn } = drawn.mover;
       const somebody = { world, colour, pose: drawn.pose };
-      if (worn && dressed) listed(wearers, worn.impostor.colour.url).push(somebody);
+      if (worn && dressed) listed(wearers, keyOf(worn.impostor)).push(somebody);
       else people[isFarOff ? 1 : 0].push(worn ? { ...somebody, pose: standing } : somebody);
       if (this.rates) discs.push({ world, colour: new Color(rateColour(drawn.mover.period_ms)) });
     }

@@ -13,12 +13,12 @@ import {
   type Object3D,
   type Texture,
 } from "three";
-import type { Vec3 } from "../core/geometry.ts";
+import type { Vec3 } from "../core/basics/geometry.ts";
 import { nearestFrame, type Pose } from "../core/live/crowd.ts";
 import { bodyMaterial } from "./bodymaterial.ts";
 import { type Drawable, impostorMaterial } from "./impostormaterial.ts";
 import type { Person } from "./person.ts";
-import { withRoom } from "./room.ts";
+import { release, withRoom } from "./room.ts";
 import { Squares } from "./squares.ts";
 
 /** Somebody, as they are to be drawn. */
@@ -106,6 +106,12 @@ export class FarCrowd {
 
   look(eye: Vec3): void {
     this.squares?.look(eye);
+  }
+
+  /** Frees what it takes but its pictures, which are another's. */
+  close(): void {
+    if (this.squares) release(this.squares);
+    this.material.dispose();
   }
 }
 

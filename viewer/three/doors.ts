@@ -3,7 +3,7 @@
  * its longer side, in the order of the axes: nothing published says where its hinges are.
  */
 import { Box3, Matrix4, Vector3 } from "three";
-import type { Bounds } from "../core/geometry.ts";
+import type { Bounds } from "../core/basics/geometry.ts";
 
 const OPEN_RAD = 1.4;
 const SWING_S = 0.7;

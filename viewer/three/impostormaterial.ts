@@ -10,7 +10,7 @@
  * Space: the *ball* is the model's space, moved and scaled so that the ball around the model has radius 1.
  */
 import { DoubleSide, MeshStandardMaterial, type Texture } from "three";
-import type { Impostor } from "../core/impostordocument.ts";
+import type { Impostor } from "../core/documents/impostordocument.ts";
 
 /**
  * From how much coverage on a pixel is drawn: it differs from pixel to pixel, so that of a thin bough as many pixels are

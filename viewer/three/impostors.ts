@@ -16,9 +16,9 @@ import {
   Texture,
   Vector3,
 } from "three";
-import type { Vec3 } from "../core/geometry.ts";
-import type { Impostor } from "../core/impostordocument.ts";
-import type { PlacedObject } from "../core/objects.ts";
+import type { Vec3 } from "../core/basics/geometry.ts";
+import type { Impostor } from "../core/documents/impostordocument.ts";
+import type { PlacedObject } from "../core/documents/placedobject.ts";
 import { impostorMaterial } from "./impostormaterial.ts";
 import { release, withRoom } from "./room.ts";
 import { Squares } from "./squares.ts";
@@ -28,8 +28,8 @@ import type { TextureCache } from "./textures.ts";
 export interface Pictures {
   /** Colour, and shape. */
   readonly textures: readonly [Texture, Texture];
-  /** What they newly take. */
-  readonly bytes: number;
+  /** What each takes, by its URL. */
+  readonly bytes: ReadonlyMap<string, number>;
   close(): void;
 }
 
@@ -39,17 +39,15 @@ export async function openPictures(
   pictures: ReadonlyMap<string, ArrayBuffer>,
   cache: TextureCache,
 ): Promise<Pictures> {
-  let bytes = await cache.acquire(colour.url, pictures.get(colour.url));
-  try {
-    bytes += await cache.acquire(shape.url, pictures.get(shape.url));
-  } catch (error) {
-    cache.release(colour.url);
+  const { pictures: bytes, failed } = await cache.acquire([colour.url, shape.url], pictures);
+  for (const error of failed.values()) {
+    for (const url of bytes.keys()) cache.release(url);
     throw error;
   }
   const textures = [atlas(cache, colour.url, SRGBColorSpace), atlas(cache, shape.url, NoColorSpace)] as const;
   const close = () => {
     for (const texture of textures) texture.dispose();
-    for (const { url } of [colour, shape]) cache.release(url);
+    for (const url of bytes.keys()) cache.release(url);
   };
   return { textures, bytes, close };
 }
@@ -81,7 +79,8 @@ export class ImpostorCrowd {
     return new ImpostorCrowd(impostor, await openPictures(impostor, pictures, cache));
   }
 
-  get bytes(): number {
+  /** What each of its pictures takes. */
+  get bytes(): ReadonlyMap<string, number> {
     return this.pictures.bytes;
   }
 

@@ -1,7 +1,7 @@
 import { Matrix4, PerspectiveCamera, Raycaster, Vector3 } from "three";
 import { describe, expect, it, vi } from "vitest";
-import { glbOf } from "../core/glb.ts";
-import type { PlacedObject } from "../core/objects.ts";
+import type { PlacedObject } from "../core/documents/placedobject.ts";
+import { glbOf } from "../core/models/glb.ts";
 import { box, encodeGlb } from "../test/encode.ts";
 import { InstanceMesh } from "./instancemesh.ts";
 import { ThreeModelHost } from "./modelhost.ts";

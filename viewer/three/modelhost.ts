@@ -4,11 +4,11 @@
  * frame without either. Far objects are drawn by impostors (`impostors.ts`). What is evicted leaves the GPU.
  */
 import { Group, Matrix4, type Object3D, type Raycaster } from "three";
-import type { Vec3 } from "../core/geometry.ts";
-import type { Impostor } from "../core/impostordocument.ts";
-import type { Decoded, ModelHost } from "../core/modelloads.ts";
-import type { PlacedObject } from "../core/objects.ts";
-import type { Part } from "../core/residency.ts";
+import type { Vec3 } from "../core/basics/geometry.ts";
+import type { Impostor } from "../core/documents/impostordocument.ts";
+import type { PlacedObject } from "../core/documents/placedobject.ts";
+import type { Decoded, ModelHost } from "../core/models/modelloads.ts";
+import type { Part } from "../core/strategy/residency.ts";
 import { ImpostorCrowd, standingAt } from "./impostors.ts";
 import { batchedAt, type ModelBatch } from "./modelbatch.ts";
 import { ModelTemplates, type Template } from "./modeltemplates.ts";
@@ -57,6 +57,7 @@ export class ThreeModelHost implements ModelHost {
     const template = await this.decoder.decode(glb, textures);
     return {
       bytes: template.bytes,
+      pictures: template.pictures,
       ready: this.prepare(template.batch.sample()),
       draw: (part) => this.replace(model, part, template),
       release: () => this.dispose(template),
@@ -79,7 +80,7 @@ export class ThreeModelHost implements ModelHost {
       this.gather(model);
       this.changed();
     };
-    return { bytes: crowd.bytes, ready: this.prepare(crowd.sample()), draw, release: () => crowd.close() };
+    return { bytes: 0, pictures: crowd.bytes, ready: this.prepare(crowd.sample()), draw, release: () => crowd.close() };
   }
 
   blunt(model: number): void {

@@ -9,12 +9,14 @@ import type { TextureCache } from "./textures.ts";
 export interface Template {
   /** Draws objects with it. */
   readonly batch: ModelBatch;
+  /** Of its meshes. */
   readonly bytes: number;
+  /** What each of its pictures takes; others may use them, too. */
+  readonly pictures: ReadonlyMap<string, number>;
   readonly parts: readonly Drawn[];
   readonly paints: readonly number[];
   /** Of parts that are not painted by their vertices. */
   readonly materials: ReadonlySet<Material>;
-  readonly textures: readonly string[];
 }
 
 export class ModelTemplates {
@@ -29,39 +31,32 @@ export class ModelTemplates {
   /** Decodes a level; `textures` are those that came with it. */
   async decode(glb: ArrayBuffer, textures: ReadonlyMap<string, ArrayBuffer>): Promise<Template> {
     const used = textureUrls(glb).filter((url) => textures.has(url) || this.textures.holds(url));
-    const acquired: string[] = [];
+    const { pictures, failed } = await this.textures.acquire(used, textures);
+    for (const [url, error] of failed) {
+      console.warn(`the picture ${url} cannot be decoded; its model is drawn without it`, error);
+    }
     let taken: readonly number[] = [];
-    let bytes = 0;
     try {
-      for (const url of used) {
-        try {
-          bytes += await this.textures.acquire(url, textures.get(url));
-          acquired.push(url);
-        } catch (error) {
-          console.warn(`the picture ${url} cannot be decoded; its model is drawn without it`, error);
-        }
-      }
       const { scene, parser } = await this.loader.parse(glb);
       const { painted, others, paints } = this.painter.paint(drawnOf(scene));
       taken = paints;
       const materials = this.materials.share(others, parser);
       const parts = [...painted, ...others];
-      bytes += geometryBytes(parts);
-      return { batch: new ModelBatch(parts), bytes, parts, paints, materials, textures: acquired };
+      return { batch: new ModelBatch(parts), bytes: geometryBytes(parts), pictures, parts, paints, materials };
     } catch (error) {
-      for (const url of acquired) this.textures.release(url);
+      for (const url of pictures.keys()) this.textures.release(url);
       this.painter.release(taken);
       throw error;
     }
   }
 
   /** Frees what a template takes. */
-  dispose({ batch, parts, paints, materials, textures }: Template): void {
+  dispose({ batch, parts, paints, materials, pictures }: Template): void {
     batch.release();
     for (const { geometry } of parts) geometry.dispose();
     this.painter.release(paints);
     for (const material of materials) if (this.materials.release(material)) disposeMaterial(material);
-    for (const url of textures) this.textures.release(url);
+    for (const url of pictures.keys()) this.textures.release(url);
   }
 
   /** Frees what all templates share, when there is none any more. */

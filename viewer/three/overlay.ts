@@ -18,7 +18,7 @@ import {
   Quaternion,
   Vector3,
 } from "three";
-import type { Bounds, Vec3 } from "../core/geometry.ts";
+import type { Bounds, Vec3 } from "../core/basics/geometry.ts";
 
 export interface Ink {
   readonly color: number;

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { EYE_HEIGHT_M } from "./avatars.ts";
+import { EYE_HEIGHT_M } from "../core/basics/person.ts";
 import { growPerson } from "./person.ts";
 
 const person = growPerson();

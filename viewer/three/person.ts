@@ -4,7 +4,7 @@
  */
 import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
 import rules from "../../content/person.dcg?raw";
-import type { Vec3 } from "../core/geometry.ts";
+import type { Vec3 } from "../core/basics/geometry.ts";
 import type { Round } from "../core/live/crowd.ts";
 import { type Grown, grow, type Program, readProgram } from "../core/procedural/index.ts";
 

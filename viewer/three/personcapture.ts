@@ -24,7 +24,7 @@ import {
   type WebGLRenderer,
   WebGLRenderTarget,
 } from "three";
-import { axesOf, directionOf } from "../core/impostors.ts";
+import { axesOf, directionOf } from "../core/documents/impostors.ts";
 import { BODY } from "./bodymaterial.ts";
 import type { Drawable } from "./impostormaterial.ts";
 import type { Person } from "./person.ts";

@@ -11,8 +11,8 @@ import {
   PlaneGeometry,
   Vector3,
 } from "three";
-import type { Vec3 } from "../core/geometry.ts";
-import { directionOf, viewsAround } from "../core/impostors.ts";
+import type { Vec3 } from "../core/basics/geometry.ts";
+import { directionOf, viewsAround } from "../core/documents/impostors.ts";
 import type { Drawable } from "./impostormaterial.ts";
 
 /** Numbers for each object: where the eye is, three views with their numbers, their weights, and its tint. */

@@ -18,9 +18,9 @@ import {
   WebGLRenderer,
 } from "three";
 import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
-import type { Bounds, Vec3 } from "../core/geometry.ts";
-import { Resolution } from "../core/resolution.ts";
-import type { Eye } from "../core/screenerror.ts";
+import type { Bounds, Vec3 } from "../core/basics/geometry.ts";
+import { Resolution } from "../core/pace/resolution.ts";
+import type { Eye } from "../core/strategy/sight.ts";
 import { nextTask, Programs, rarerMeshes, usualMeshes } from "./programs.ts";
 import { sky } from "./sky.ts";
 import { ViewVolume } from "./viewvolume.ts";

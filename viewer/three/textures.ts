@@ -13,6 +13,14 @@ interface Picture {
 /** Colour plus mip levels on the GPU, and the decoded picture that three keeps for context loss. */
 const BYTES_PER_PIXEL = 4 * (4 / 3) + 4;
 
+/** What is used from now on. */
+export interface Acquired {
+  /** What each picture takes, whoever else uses it. */
+  readonly pictures: ReadonlyMap<string, number>;
+  /** What could not be had, and why. */
+  readonly failed: ReadonlyMap<string, unknown>;
+}
+
 export class TextureCache {
   private readonly pictures = new Map<string, Picture>();
 
@@ -20,24 +28,26 @@ export class TextureCache {
     return this.pictures.has(url);
   }
 
-  /** Decodes a picture unless it is held, and counts one more user; answers the bytes that it newly takes. */
-  async acquire(url: string, encoded: ArrayBuffer | undefined): Promise<number> {
-    const held = this.pictures.get(url);
-    if (held) {
-      held.users += 1;
-      return 0;
+  /**
+   * Counts one more user of each of these, and decodes what is not held. What is held is taken at once: while another one is decoded, its
+   * last user may go.
+   */
+  async acquire(urls: readonly string[], encoded: ReadonlyMap<string, ArrayBuffer>): Promise<Acquired> {
+    const pictures = new Map<string, number>();
+    const failed = new Map<string, unknown>();
+    for (const url of urls) {
+      const bytes = this.share(url);
+      if (bytes !== undefined) pictures.set(url, bytes);
     }
-    if (!encoded) throw new Error(`the texture ${url} was not fetched`);
-    const bitmap = await decode(new Blob([encoded]));
-    const raced = this.pictures.get(url);
-    if (raced) {
-      bitmap.close();
-      raced.users += 1;
-      return 0;
+    for (const url of urls) {
+      if (pictures.has(url)) continue;
+      try {
+        pictures.set(url, await this.decode(url, encoded.get(url)));
+      } catch (error) {
+        failed.set(url, error);
+      }
     }
-    const bytes = Math.round(bitmap.width * bitmap.height * BYTES_PER_PIXEL);
-    this.pictures.set(url, { source: new TextureSource(bitmap), bytes, users: 1 });
-    return bytes;
+    return { pictures, failed };
   }
 
   /** One user less; the last one closes the picture. */
@@ -48,6 +58,26 @@ export class TextureCache {
     if (picture.users > 0) return;
     this.pictures.delete(url);
     picture.source.data.close();
+  }
+
+  /** Counts one more user of what is held; answers what it takes. */
+  private share(url: string): number | undefined {
+    const held = this.pictures.get(url);
+    if (held) held.users += 1;
+    return held?.bytes;
+  }
+
+  private async decode(url: string, encoded: ArrayBuffer | undefined): Promise<number> {
+    if (!encoded) throw new Error(`the texture ${url} was not fetched`);
+    const bitmap = await decode(new Blob([encoded]));
+    const raced_bytes = this.share(url);
+    if (raced_bytes !== undefined) {
+      bitmap.close();
+      return raced_bytes;
+    }
+    const bytes = Math.round(bitmap.width * bitmap.height * BYTES_PER_PIXEL);
+    this.pictures.set(url, { source: new TextureSource(bitmap), bytes, users: 1 });
+    return bytes;
   }
 
   /** What a texture of a held picture shows. */

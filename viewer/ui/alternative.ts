@@ -1,5 +1,14 @@
 /** What does the picture show, in words? For who cannot see it: the direction of the view and the largest things in it. */
-import { type Bounds, diagonal_m, direction, dot, length, middle, subtract, type Vec3 } from "../core/geometry.ts";
+import {
+  type Bounds,
+  diagonal_m,
+  direction,
+  dot,
+  length,
+  middle,
+  subtract,
+  type Vec3,
+} from "../core/basics/geometry.ts";
 import { write } from "./dom.ts";
 import { writeDoor } from "./format.ts";
 import type { Visit } from "./visit.ts";

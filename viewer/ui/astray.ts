@@ -1,5 +1,5 @@
 /** What does somebody read whose link leads nowhere? */
-import type { Astray } from "../core/astray.ts";
+import type { Astray } from "../core/movement/astray.ts";
 
 /** The way out. */
 export const TO_THE_START = "Go to the start";

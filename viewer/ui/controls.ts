@@ -2,8 +2,7 @@
  * What does the person at the keyboard, mouse, touch screen or gamepad want? Turns input events into an {@link Intent} and into
  * turns of the head.
  */
-
-import { IDLE, type Intent } from "../core/walker.ts";
+import { IDLE, type Intent } from "../core/movement/walker.ts";
 import { type PadMotion, readPads } from "./gamepad.ts";
 import { HeldKeys } from "./heldkeys.ts";
 import { type Command, commandOf, isForControl, MOTIONS } from "./keys.ts";
@@ -21,6 +20,8 @@ export interface ControlEvents {
   readonly tap: (x: number, y: number) => void;
   /** Whether gamepads count now; always unless given. They point at nothing, and keys do. */
   readonly hearsPads?: () => boolean;
+  /** What the stick lies in; unless given, the window. */
+  readonly over?: HTMLElement;
   /** Where on the page there is room for the stick; unless given, all over it. */
   readonly room?: () => DOMRect;
 }
@@ -69,6 +70,8 @@ export class Controls {
     events.keys.addEventListener("keyup", (event) => this.release(event as KeyboardEvent), { signal });
     addEventListener("blur", () => this.letGo(), { signal });
     canvas.addEventListener("blur", () => this.letGo());
+    // The focus may leave from something else in it, and keys go elsewhere then.
+    if (events.keys !== window) events.keys.addEventListener("focusout", () => this.letGo(), { signal });
     canvas.addEventListener("pointerdown", (event) => this.pointerDown(event));
     canvas.addEventListener("pointermove", (event) => this.pointerMove(event));
     for (const name of ["pointerup", "pointercancel"] as const) {
@@ -117,7 +120,9 @@ export class Controls {
   private press(event: KeyboardEvent): void {
     this.fast = event.shiftKey;
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.target instanceof Element && isForControl(event.target, event.code)) return;
+    // Who listens outside of a shadow tree is told of its host alone.
+    const [target] = event.composedPath();
+    if (target instanceof Element && isForControl(target, event.code)) return;
     const command = commandOf(event);
     if (MOTIONS[event.code]) {
       this.held.press(event.code);
@@ -130,7 +135,8 @@ export class Controls {
     this.held.release(event.code);
   }
 
-  private letGo(): void {
+  /** Nothing is held any more: nobody will say that it was let go. */
+  letGo(): void {
     this.held.clear();
     this.fast = false;
   }
@@ -196,10 +202,23 @@ export class Controls {
     this.stick.hidden = this.stickPointer === undefined;
     if (!this.stickPointer) return;
     const { left, top, right, bottom } = this.events.room?.() ?? EVERYWHERE;
-    this.stick.style.left = `${inside(this.stickPointer.x, left, right)}px`;
-    this.stick.style.top = `${inside(this.stickPointer.y, top, bottom)}px`;
+    const [x_px, y_px] = this.within(
+      inside(this.stickPointer.x, left, right),
+      inside(this.stickPointer.y, top, bottom),
+    );
+    this.stick.style.left = `${x_px}px`;
+    this.stick.style.top = `${y_px}px`;
     const knob = this.stick.firstElementChild as HTMLElement | null;
     const { x, y } = this.stickOffset;
     if (knob) knob.style.transform = `translate(${x * STICK_RADIUS_PX}px, ${y * STICK_RADIUS_PX}px)`;
+  }
+
+  /** A point of the window as the stick's own element counts, which a page may have turned smaller or larger. */
+  private within(x: number, y: number): readonly [number, number] {
+    const { over } = this.events;
+    if (!over) return [x, y];
+    const { left, top, width } = over.getBoundingClientRect();
+    const scale = width > 0 ? over.offsetWidth / width : 1;
+    return [(x - left) * scale, (y - top) * scale];
   }
 }

@@ -2,13 +2,10 @@
  * Which door can one open from here, and how does one learn of it? A button says so while a door is in reach; Enter, the lower
  * button of a gamepad and a click on it do the same.
  */
-
-import type { PlacedObject } from "../core/objects.ts";
+import type { PlacedObject } from "../core/documents/placedobject.ts";
 import type { Announcer } from "./announcer.ts";
 import { write } from "./dom.ts";
 import type { Doors } from "./doors.ts";
-import { element } from "./elements.ts";
-import { keepFocus } from "./focus.ts";
 import { writeDoor } from "./format.ts";
 import { lowerButton } from "./gamepad.ts";
 import type { Visit } from "./visit.ts";
@@ -16,7 +13,13 @@ import type { Visit } from "./visit.ts";
 export interface DoorHintParts {
   readonly visit: Visit;
   readonly doors: Doors;
-  readonly announcer: Announcer;
+  readonly announcer: Pick<Announcer, "say">;
+  /** What says which door is in reach, and what is printed on the lower button of the gamepad. */
+  readonly button: HTMLButtonElement;
+  readonly label: HTMLElement;
+  readonly padButton: HTMLElement;
+  /** The button is about to go, with the focus if it has that. */
+  readonly goes: () => void;
   /** Opens a door that is closed, and the reverse. */
   readonly use: (door: PlacedObject) => void;
 }
@@ -24,15 +27,12 @@ export interface DoorHintParts {
 const UPDATE_EVERY_MS = 120;
 
 export class DoorHint {
-  private readonly button = element("door", HTMLButtonElement);
-  private readonly label = element("door-text", HTMLSpanElement);
-  private readonly padButton = element("door-pad", HTMLElement);
   private door: PlacedObject | undefined;
   private wasShut = false;
   private updateAgain_ms = 0;
 
   constructor(private readonly parts: DoorHintParts) {
-    this.button.onclick = () => this.use();
+    parts.button.onclick = () => this.use();
     parts.visit.onFrame((now_ms) => {
       if (now_ms >= this.updateAgain_ms) {
         this.updateAgain_ms = now_ms + UPDATE_EVERY_MS;
@@ -61,12 +61,12 @@ export class DoorHint {
     const shut = explorer.isShut(door.entry.object);
     const name = writeDoor(door.entry.sourceNode);
     const action = `${shut ? "open" : "close"} ${name}`;
-    write(this.label, action);
+    const { announcer, button, label, padButton } = this.parts;
+    write(label, action);
     const printed = lowerButton(navigator.getGamepads?.() ?? []);
-    this.padButton.hidden = printed === undefined;
-    write(this.padButton, printed ?? "");
-    this.button.hidden = false;
-    const { announcer } = this.parts;
+    padButton.hidden = printed === undefined;
+    write(padButton, printed ?? "");
+    button.hidden = false;
     if (isSame && shut !== this.wasShut) announcer.say("moved", `${name} is ${shut ? "closed" : "open"} now`);
     else if (!isSame) announcer.say("moved", "");
     announcer.say("door", `Enter: ${action}`);
@@ -79,9 +79,11 @@ export class DoorHint {
   }
 
   private hide(): void {
-    if (this.button.hidden) return;
-    this.button.hidden = true;
-    keepFocus();
-    for (const topic of ["door", "moved"]) this.parts.announcer.say(topic, "");
+    const { announcer, button, goes } = this.parts;
+    if (button.hidden) return;
+    // What is hidden has lost the focus already.
+    goes();
+    button.hidden = true;
+    for (const topic of ["door", "moved"]) announcer.say(topic, "");
   }
 }

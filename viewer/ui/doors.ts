@@ -2,7 +2,7 @@
  * How do doors move? Each that is met hangs in the doorway that it closes, and swings when it opens or closes: for oneself alone,
  * unless somebody says which are closed for all.
  */
-import { type DoorPlace, doorInReach } from "../core/reach.ts";
+import { type DoorPlace, doorInReach } from "../core/movement/reach.ts";
 import { DoorSwing } from "../three/doors.ts";
 import type { Visit } from "./visit.ts";
 
@@ -24,13 +24,6 @@ export class Doors {
   inReach(): number | undefined {
     const { walker } = this.visit;
     return doorInReach(this.places(), walker, (point, door) => walker.leadsTo(point, door), walker.size);
-  }
-
-  /** Opens the door in reach, or closes it; answers whether there is one. */
-  useInReach(): boolean {
-    const door = this.inReach();
-    if (door !== undefined) this.use(door);
-    return door !== undefined;
   }
 
   /** Opens one that is closed, and the reverse. */

@@ -1,6 +1,6 @@
 /** How does code walk, rather than a person? In a straight line towards a point, until one is there or gets no further. */
-import { length, scale, subtract, type Vec3 } from "../core/geometry.ts";
-import { IDLE, type Walker } from "../core/walker.ts";
+import { length, scale, subtract, type Vec3 } from "../core/basics/geometry.ts";
+import { IDLE, type Walker } from "../core/movement/walker.ts";
 
 interface Errand {
   readonly target: Vec3;

@@ -6,6 +6,7 @@ import {
   writeProgress,
   writeQuality,
   writeShare,
+  writeStandIns,
   writeTime,
   writeVisible,
 } from "./format.ts";
@@ -73,4 +74,14 @@ it.each([
   ["door", "the door"],
 ])("a door named %s is written as %s", (sourceNode, text) => {
   expect(writeDoor(sourceNode)).toBe(text);
+});
+
+it("says why the sharp picture may take less than the first, and nothing where it does not", () => {
+  const of = (total_bytes: number) => ({ loaded_bytes: 0, isAbout: false, total_bytes, bound: "exact" }) as const;
+  expect(writeStandIns(of(943_000), of(754_000))).toMatch(/less/);
+  expect([
+    writeStandIns(of(754_000), of(943_000)),
+    writeStandIns(of(5), of(5)),
+    writeStandIns(undefined, of(5)),
+  ]).toEqual(["", "", ""]);
 });

@@ -1,6 +1,6 @@
 /** How are numbers and doors written for people? */
-import type { Progress } from "../core/progress.ts";
-import type { Shares } from "../core/sight.ts";
+import type { Progress } from "../core/strategy/progress.ts";
+import type { Shares } from "../core/strategy/visible.ts";
 
 const UNITS = ["B", "kB", "MB", "GB", "TB"];
 /** The largest first. */
@@ -33,6 +33,12 @@ export function writeShare(fetched: number, whole: number | undefined): string {
 export function writeProgress({ loaded_bytes, isAbout, total_bytes, bound }: Progress): string {
   const total = { exact: "", least: "at least ", most: "at most " }[bound] + writeBytes(total_bytes);
   return `${isAbout ? "about " : ""}${writeBytes(loaded_bytes)} of ${total}`;
+}
+
+/** Why a sharp picture may take less than the first one, which counts coarsest levels whatever stands for them; nothing where it does not. */
+export function writeStandIns(first: Progress | undefined, sharp: Progress | undefined): string {
+  if (!first || !sharp || sharp.total_bytes >= first.total_bytes) return "";
+  return "The first picture is counted in coarsest levels; less stands for some of them here, also when all is sharp.";
 }
 
 /** How much of so many visible objects is here: `98.0 % here, 75.5 % sharp`. */

@@ -1,7 +1,7 @@
 /** How does one look at a view from outside? What is shown stays that of one place, while one flies about and comes back. */
-import type { Mode, Pose } from "../core/address.ts";
-import { add, direction, scale, subtract, type Vec3 } from "../core/geometry.ts";
-import type { Walker } from "../core/walker.ts";
+import { add, direction, scale, subtract, type Vec3 } from "../core/basics/geometry.ts";
+import type { Mode, Pose } from "../core/movement/address.ts";
+import type { Walker } from "../core/movement/walker.ts";
 import type { Stage } from "../three/stage.ts";
 
 /** One looks at it from behind and above. */

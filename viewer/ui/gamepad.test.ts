@@ -3,6 +3,7 @@ import { lowerButton, type Pad, readPads } from "./gamepad.ts";
 
 const pad = (axes: number[], ...pressed: number[]): Pad => ({
   id: "some pad",
+  mapping: "standard",
   axes,
   buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i) })),
 });
@@ -30,4 +31,11 @@ it("the lower button is named as it is printed on the pad", () => {
   expect(lowerButton([null, null])).toBeUndefined();
   expect(lowerButton([null, pad([])])).toBe("A");
   expect(lowerButton([{ ...pad([]), id: "DualSense (Vendor: 054c Product: 0ce6)" }])).toBe("×");
+});
+
+it("what a browser cannot map to sticks and shoulders moves nothing, wherever its axes rest", () => {
+  const unknown = { ...pad([0, 0, -1, 0, 0, -1], 0), mapping: "" };
+  const { intent, yaw, pitch, commands } = readPads([unknown, pad([0, -1])]);
+  expect([intent.forward, Math.abs(yaw), Math.abs(pitch), commands.size]).toEqual([1, 0, 0, 0]);
+  expect(lowerButton([unknown])).toBeUndefined();
 });

@@ -30,3 +30,13 @@ it("who turns to another window holds nothing", () => {
   keys.clear();
   expect(taken(keys)).toEqual([]);
 });
+
+it("the key with the command sign lets go of all: macOS tells of none that is let go while that is held", () => {
+  const keys = new HeldKeys();
+  for (const meta of ["MetaLeft", "MetaRight"]) {
+    keys.press("KeyW");
+    taken(keys);
+    keys.release(meta);
+    expect(taken(keys)).toEqual([]);
+  }
+});

@@ -11,6 +11,8 @@ export class HeldKeys {
   }
 
   release(code: string): void {
+    // While ⌘ is held, macOS tells of no other key that is let go.
+    if (code.startsWith("Meta")) this.clear();
     if (this.held.delete(code) && !this.counted.delete(code)) this.tapped.add(code);
   }
 

@@ -2,7 +2,7 @@
  * What does a walker want to know at a glance? The cell, how much of the scene is visible from it, bytes fetched against
  * the whole scene, and exactly how much of this cell is still to come.
  */
-import { shareOf } from "../core/progress.ts";
+import { shareOf } from "../core/strategy/progress.ts";
 import type { Announcer } from "./announcer.ts";
 import { write } from "./dom.ts";
 import { element } from "./elements.ts";

@@ -2,9 +2,9 @@
  * What can one ask and do from a browser's console? `belvedere.state()`, `belvedere.teleport([x, y, z])` and a few more;
  * tests in a real browser use the same.
  */
-import type { Mode } from "../core/address.ts";
-import type { CellRecord } from "../core/cellrecord.ts";
-import type { Vec3 } from "../core/geometry.ts";
+import type { Vec3 } from "../core/basics/geometry.ts";
+import type { CellRecord } from "../core/documents/cellrecord.ts";
+import type { Mode } from "../core/movement/address.ts";
 import type { LiveCompany } from "./company.ts";
 import type { Recording } from "./recording.ts";
 import type { Visit } from "./visit.ts";

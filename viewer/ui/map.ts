@@ -3,10 +3,10 @@
  * place and direction and where other people are. A click or the Enter key goes to the place that is pointed at. It is framed to the world until one zooms. Cells are learnt a
  * chunk at a time, nearest first.
  */
-import type { CellEntry } from "../core/documents.ts";
-import { cellOnMap, type FloorPlan, floorPlan, MapFrame, type Spot } from "../core/floorplan.ts";
-import { type Bounds, length, subtract, type Vec3 } from "../core/geometry.ts";
-import { firstReach, groundOf, type ReachRange, reachRange, scaleBar, withinReach } from "../core/mapreach.ts";
+import { type Bounds, length, subtract, type Vec3 } from "../core/basics/geometry.ts";
+import type { CellEntry } from "../core/documents/documents.ts";
+import { cellOnMap, type FloorPlan, floorPlan, MapFrame, type Spot } from "../core/movement/floorplan.ts";
+import { firstReach, groundOf, type ReachRange, reachRange, scaleBar, withinReach } from "../core/movement/mapreach.ts";
 import type { Announcer } from "./announcer.ts";
 import { make } from "./dom.ts";
 import { writeLength } from "./format.ts";

@@ -1,5 +1,5 @@
 /** What does a map mark? Places, directions and lengths, drawn with a canvas's pen. */
-import type { Spot } from "../core/floorplan.ts";
+import type { Spot } from "../core/movement/floorplan.ts";
 import type { Inks } from "./inks.ts";
 
 type Pen = CanvasRenderingContext2D;

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { FETCH_DEFAULTS, FetchQueue } from "../core/fetchqueue.ts";
-import { Tree } from "../core/tree.ts";
+import { FETCH_DEFAULTS, FetchQueue } from "../core/fetch/fetchqueue.ts";
+import { Tree } from "../core/fetch/tree.ts";
 import { publish } from "../test/fixture.ts";
 import { type ServerOptions, serveFiles } from "../test/serve.ts";
 import { openScene } from "./opening.ts";

@@ -1,12 +1,12 @@
 /** Which scene does a link mean, and what is there when it is not? */
-import type { SceneSummary } from "../core/documents.ts";
-import type { FetchQueue } from "../core/fetchqueue.ts";
-import { frameOf } from "../core/framing.ts";
-import type { Bounds } from "../core/geometry.ts";
-import { fetchSceneList, PublishedScene } from "../core/published.ts";
-import { isRoofed } from "../core/roofed.ts";
-import { FetchError, pause } from "../core/transfer.ts";
-import { isSceneName, type Tree } from "../core/tree.ts";
+import { fetchSceneList, PublishedScene } from "../core/atlas/published.ts";
+import type { Bounds } from "../core/basics/geometry.ts";
+import type { SceneSummary } from "../core/documents/documents.ts";
+import type { FetchQueue } from "../core/fetch/fetchqueue.ts";
+import { FetchError, pause } from "../core/fetch/transfer.ts";
+import { isSceneName, type Tree } from "../core/fetch/tree.ts";
+import { frameOf } from "../core/movement/framing.ts";
+import { isRoofed } from "../core/movement/roofed.ts";
 import { NoSuchScene, NoSuchTree } from "./problem.ts";
 
 export interface Opened {

@@ -19,6 +19,7 @@ function watched(...pads: (Pad | null)[]) {
   const hold = (axes: number[], ...pressed: number[]) => {
     pads[0] = {
       id: "some pad",
+      mapping: "standard",
       axes,
       buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i) })),
     };

@@ -2,7 +2,7 @@
  * What do gamepads say in this frame? They tell of nothing by themselves, and a press may begin and end between two frames of a slow
  * machine: so while one is connected it is looked at between frames, too, and what was pressed and let go by then counts once.
  */
-import { type Pad, type PadMotion, readPads } from "./gamepad.ts";
+import { known, type Pad, type PadMotion, readPads } from "./gamepad.ts";
 import type { Command } from "./keys.ts";
 
 /** Shorter than any press. */
@@ -32,7 +32,7 @@ export class PadWatch {
     this.since = combined([this.since, this.last], (first = 0, then = 0) =>
       Math.abs(then) > Math.abs(first) ? then : first,
     );
-    if (pads.every((pad) => pad === null)) this.close();
+    if (known(pads).length === 0) this.close();
     else this.timer ??= setInterval(() => this.look(), LOOK_EVERY_MS);
     for (const command of this.last.commands) if (!last.commands.has(command)) this.command(command);
   }

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import type { PlacedObject } from "../core/objects.ts";
+import type { PlacedObject } from "../core/documents/placedobject.ts";
 import { Pointing } from "./pointing.ts";
 
 const [MIDDLE, LEFT] = [{}, {}] as PlacedObject[];

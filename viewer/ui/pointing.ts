@@ -2,7 +2,7 @@
  * What comes of pointing at an object? While the inspector is open it shows what the object is made of; else a door opens or closes.
  * Who has no pointer points at the middle of the view.
  */
-import type { PlacedObject } from "../core/objects.ts";
+import type { PlacedObject } from "../core/documents/placedobject.ts";
 
 export interface PointingParts {
   /** The object at a point of the canvas, in CSS pixels. */

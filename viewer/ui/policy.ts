@@ -2,7 +2,7 @@
  * May this page read from a tree at all? Its Content Security Policy may keep it from that, which a request cannot tell
  * from a server that is silent.
  */
-import type { Tree } from "../core/tree.ts";
+import type { Tree } from "../core/fetch/tree.ts";
 import { ForbiddenTree } from "./problem.ts";
 
 /** What comes of reading a tree; fails when the page's policy forbids that, but not when that is only reported. */

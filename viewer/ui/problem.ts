@@ -2,19 +2,20 @@
  * What went wrong, in a plain sentence, and what can one do? A panel when there is nothing to show; where the walk can go on, a line
  * at the bottom (`toast.ts`).
  */
-import { NoWebAddressError } from "../core/address.ts";
-import { CellRecordError } from "../core/cellrecord.ts";
-import type { SceneSummary } from "../core/documents.ts";
-import { DocumentError } from "../core/json.ts";
-import { IncompleteMapError } from "../core/lostpages.ts";
-import { IncompleteIndexError } from "../core/objects.ts";
-import { reasonOf } from "../core/reason.ts";
-import { MemoryShortError } from "../core/residency.ts";
-import type { Silence } from "../core/silences.ts";
-import { FetchError } from "../core/transfer.ts";
-import { isSceneName } from "../core/tree.ts";
+import { IncompleteMapError } from "../core/atlas/lostpages.ts";
+import { IncompleteIndexError } from "../core/atlas/objects.ts";
+import { DocumentError } from "../core/basics/json.ts";
+import { reasonOf } from "../core/basics/reason.ts";
+import { CellRecordError } from "../core/documents/cellrecord.ts";
+import type { SceneSummary } from "../core/documents/documents.ts";
+import type { Silence } from "../core/fetch/silences.ts";
+import { FetchError } from "../core/fetch/transfer.ts";
+import { isSceneName } from "../core/fetch/tree.ts";
+import { NoWebAddressError } from "../core/movement/address.ts";
+import { MemoryShortError } from "../core/strategy/residency.ts";
 import { NoDecoderError } from "../three/decoder.ts";
 import { NoWebGlError } from "../three/stage.ts";
+import { write } from "./dom.ts";
 import { element } from "./elements.ts";
 import { shorten, writeSeconds } from "./format.ts";
 
@@ -185,10 +186,10 @@ function explainInFull(error: unknown, server: Server): Explanation {
 /** A server that answers, and says that it cannot do so just now. */
 function explainOutOfOrder(status: number, host: string): Explanation {
   if (status === 429) {
-    const text = `${host} has more to do than it can just now, and answers with 429. Wait a little, then try again.`;
+    const text = `${host} has more to do than it can just now, and answers with 429. It is asked again by itself after a while.`;
     return { title: "The server is busy", text };
   }
-  const text = `${host} answers with an error (${status}). Try again in a while; if that goes on, whoever runs the server finds the reason in its log.`;
+  const text = `${host} answers with an error (${status}). It is asked again by itself after a while; if that goes on, whoever runs the server finds the reason in its log.`;
   return { title: "The server is out of order", text };
 }
 
@@ -198,8 +199,9 @@ export function showProblem(
   retry: (() => void) | undefined,
   links: readonly { label: string; href: string }[] = [],
 ): void {
-  element("problem-title", HTMLHeadingElement).textContent = explanation.title;
-  element("problem-text", HTMLParagraphElement).textContent = explanation.text;
+  const isNew = element("problem", HTMLDivElement).hidden;
+  write(element("problem-title", HTMLHeadingElement), explanation.title);
+  write(element("problem-text", HTMLParagraphElement), explanation.text);
   element("problem-links", HTMLUListElement).replaceChildren(
     ...links.map(({ label, href }) => {
       const [item, link] = [document.createElement("li"), document.createElement("a")];
@@ -212,9 +214,25 @@ export function showProblem(
   const button = element("problem-retry", HTMLButtonElement);
   button.hidden = retry === undefined;
   button.onclick = retry ?? null;
-  element("problem", HTMLDivElement).hidden = false;
-  // Nothing behind it can be reached.
-  for (const behind of [element("view", HTMLCanvasElement), element("page", HTMLDivElement)]) behind.inert = true;
+  setProblem(true);
+  // Who has been told of a problem may be elsewhere in it when another try fails.
+  if (retry && !isNew) return;
   if (retry) button.focus();
   else element("problem-links", HTMLUListElement).querySelector("a")?.focus();
+}
+
+/** Says that it is tried again. */
+export function showTrying(): void {
+  write(element("problem-text", HTMLParagraphElement), "Trying again …");
+}
+
+/** Gives the page back to whoever it was kept from. */
+export function hideProblem(): void {
+  setProblem(false);
+}
+
+function setProblem(isThere: boolean): void {
+  element("problem", HTMLDivElement).hidden = !isThere;
+  // Nothing behind it can be reached.
+  for (const behind of [element("view", HTMLCanvasElement), element("page", HTMLDivElement)]) behind.inert = isThere;
 }

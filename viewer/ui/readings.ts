@@ -2,10 +2,10 @@
  * What is a person told of a visit, and how often? Where the eye is and how much of what can be seen is here: the display and the page's
  * address are brought up to date while they change, and the last minute is remembered.
  */
-import type { Pose } from "../core/address.ts";
-import type { Explorer } from "../core/explorer.ts";
-import type { Progress } from "../core/progress.ts";
-import { QualityHistory } from "../core/quality.ts";
+import type { Explorer } from "../core/explorer/explorer.ts";
+import type { Pose } from "../core/movement/address.ts";
+import type { Progress } from "../core/strategy/progress.ts";
+import { QualityHistory } from "../core/strategy/quality.ts";
 
 export interface Readings {
   readonly cell: number | undefined;

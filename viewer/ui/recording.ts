@@ -2,7 +2,7 @@
  * How does one take a walk along? Takes down which way one goes from when its key, its button in the inspector or code says
  * so, and hands that over as a file that `belvedere walk --script` reads.
  */
-import { WalkRecorder } from "../core/walkrecorder.ts";
+import { WalkRecorder } from "../core/movement/walkrecorder.ts";
 import type { Announcer } from "./announcer.ts";
 import { make, write } from "./dom.ts";
 import { element } from "./elements.ts";
@@ -21,8 +21,7 @@ export class Recording {
   ) {
     this.button.onclick = () => this.toggle();
     visit.onFrame((now_ms) => {
-      // A frozen view is left by the eye alone; nobody walks there.
-      if (this.recorder && !visit.frozen) this.recorder.observe(now_ms, visit.walker);
+      this.observe(now_ms);
       if (this.recorder) write(this.label, `${this.told}. Stop and save`);
       return false;
     });
@@ -37,9 +36,10 @@ export class Recording {
     return `Recording ${writeTime(this.recorder?.length_ms ?? 0)}`;
   }
 
-  /** Begins anew. */
+  /** Begins anew, where one is now: also who ends it before the next frame has a way. */
   start(): void {
     this.recorder = new WalkRecorder();
+    this.observe(performance.now());
     this.button.hidden = false;
     this.announcer.say("recording", "Your way is being recorded");
   }
@@ -58,6 +58,11 @@ export class Recording {
   toggle(): void {
     if (!this.isRunning) this.start();
     else this.handOver(this.stop());
+  }
+
+  /** A frozen view is left by the eye alone; nobody walks there. */
+  private observe(now_ms: number): void {
+    if (!this.visit.frozen) this.recorder?.observe(now_ms, this.visit.walker);
   }
 
   private handOver(script: string): void {

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import type { SceneSummary } from "../core/documents.ts";
+import type { SceneSummary } from "../core/documents/documents.ts";
 import { labelled } from "./scenelabels.ts";
 
 it("adds the names of scenes that have the same title", () => {

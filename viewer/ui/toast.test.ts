@@ -1,6 +1,6 @@
 import { expect, it, vi } from "vitest";
-import { IncompleteIndexError } from "../core/objects.ts";
-import { FetchError } from "../core/transfer.ts";
+import { IncompleteIndexError } from "../core/atlas/objects.ts";
+import { FetchError } from "../core/fetch/transfer.ts";
 import { NoWebGlError } from "../three/stage.ts";
 import { explain, explainSilence, ForbiddenTree, NoSuchScene, serverAt } from "./problem.ts";
 import { Toast } from "./toast.ts";
@@ -65,7 +65,7 @@ it.each([500, 502, 503, 429])("says that a server answers which does so with %i,
   const error = new FetchError("unreachable", "https://host/o/1.glb", `it was answered with ${status}`, status);
   const { text } = explain(error, HERE);
   expect(text).toContain(String(status));
-  expect(text).toMatch(/[Tt]ry again/);
+  expect(text).toMatch(/asked again by itself/);
   expect(text).not.toMatch(/cannot be reached|connection/);
 });
 

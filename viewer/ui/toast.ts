@@ -2,7 +2,7 @@
  * What is said at the bottom of the page while the walk goes on? That something could not be had, until that comes; that something takes
  * long, until that has ended; or something that one can do, which neither pushes away.
  */
-import { passes } from "../core/losses.ts";
+import { passes } from "../core/fetch/losses.ts";
 import { explain, type Server } from "./problem.ts";
 
 export interface ToastParts {

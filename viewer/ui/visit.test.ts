@@ -1,7 +1,7 @@
 import { expect, it, vi } from "vitest";
-import type { Pose } from "../core/address.ts";
-import type { Astray } from "../core/astray.ts";
-import type { Vec3 } from "../core/geometry.ts";
+import type { Vec3 } from "../core/basics/geometry.ts";
+import type { Pose } from "../core/movement/address.ts";
+import type { Astray } from "../core/movement/astray.ts";
 import { explore } from "../test/explore.ts";
 import type { Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
@@ -24,17 +24,26 @@ const stage = {
   render: () => {},
   close: () => {},
 } as unknown as Stage;
+/** The page that a visit is on. */
+const page = Object.assign(new EventTarget(), { hidden: false });
 const display: Display = { title: () => {}, mode: () => {}, show: () => {} };
 const controls = {
   close: () => {},
+  letGo: () => {},
   turnByKeys: () => {},
   intent: () => ({ forward: 0, right: 0, up: 0, fast: false }),
 } as unknown as Controls;
 
+const walking = {
+  ...controls,
+  intent: () => ({ forward: 1, right: 0, up: 0, fast: false }),
+} as unknown as Controls;
+
 /** A visit whose frames are drawn when a test says so, and the poses that its page's address was given. */
-async function visitAt(pose: Pose) {
+async function visitAt(pose: Pose, wish = controls) {
   let next: FrameRequestCallback = () => {};
   vi.stubGlobal("matchMedia", () => ({ matches: false }));
+  vi.stubGlobal("document", page);
   vi.stubGlobal("requestAnimationFrame", (callback: FrameRequestCallback) => {
     next = callback;
   });
@@ -46,7 +55,7 @@ async function visitAt(pose: Pose) {
   const astray = (how: Astray) => strayed.push(how);
   const visit = new Visit({ scene, stage, display, posed, astray, problem: () => {} });
   visit.teleport(pose);
-  visit.begin(controls);
+  visit.begin(wish);
   return { visit, written, strayed, frame: (now_ms: number) => next(now_ms) };
 }
 
@@ -91,4 +100,39 @@ it("a link says whether one flies there, and is judged once it is known what is 
   visit.start();
   expect([visit.walker.mode, visit.walker.position]).toEqual(["walk", [1.5, 1.6, 3]]);
   visit.close();
+});
+
+it("who turns to another page while walking stands there, since no frame says anything of it", async () => {
+  const letGo = vi.fn();
+  const listen = vi.spyOn(page, "addEventListener");
+  const { visit, frame } = await visitAt(STOOD, { ...walking, letGo } as unknown as Controls);
+  expect(listen.mock.calls.map(([kind]) => kind)).toEqual(["visibilitychange"]);
+  const rested = vi.fn(() => Math.hypot(...visit.walker.speed));
+  visit.onRest(rested);
+  let now_ms = 0;
+  const walk = () => {
+    for (let i = 0; i < 2; i += 1) {
+      now_ms += 50;
+      frame(now_ms);
+    }
+    return Math.hypot(...visit.walker.speed);
+  };
+  expect(walk()).toBeGreaterThan(0.5);
+  const turn = (hidden: boolean) => {
+    page.hidden = hidden;
+    page.dispatchEvent(new Event("visibilitychange"));
+  };
+  turn(true);
+  expect(visit.walker.speed).toEqual([0, 0, 0]);
+  turn(false);
+  expect(letGo, "what is held does not move one on").toHaveBeenCalledOnce();
+  expect(
+    rested.mock.results.map(({ value }) => value),
+    "who is told so stands already",
+  ).toEqual([0]);
+  expect(walk()).toBeGreaterThan(0.5);
+  visit.close();
+  turn(true);
+  expect(Math.hypot(...visit.walker.speed), "nobody is there any more").toBeGreaterThan(0.5);
+  page.hidden = false;
 });

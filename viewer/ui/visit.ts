@@ -2,14 +2,8 @@
  * What happens from frame to frame? One visit to one scene: moves the walker, tells the explorer where the eye is
  * and draws when something has changed.
  */
-import { anglesOf, type Mode, type Pose } from "../core/address.ts";
-import type { Astray } from "../core/astray.ts";
-import { clearance_m } from "../core/clearance.ts";
-import type { FileRef, Viewpoint } from "../core/documents.ts";
-import { Explorer } from "../core/explorer.ts";
-import type { Footing } from "../core/footing.ts";
-import { FrameBudget } from "../core/framebudget.ts";
-import { FrameTimes } from "../core/frametimes.ts";
+import type { Uses } from "../core/atlas/objects.ts";
+import type { PublishedScene } from "../core/atlas/published.ts";
 import {
   add,
   type Bounds,
@@ -20,16 +14,23 @@ import {
   scale,
   subtract,
   type Vec3,
-} from "../core/geometry.ts";
-import { Motion } from "../core/motion.ts";
-import type { PlacedObject, Uses } from "../core/objects.ts";
-import { madeUp, overview } from "../core/overview.ts";
-import { PRIORITY } from "../core/priority.ts";
-import type { PublishedScene } from "../core/published.ts";
-import type { QualityHistory } from "../core/quality.ts";
-import type { Eye } from "../core/screenerror.ts";
-import { statureIn } from "../core/stature.ts";
-import { Walker } from "../core/walker.ts";
+} from "../core/basics/geometry.ts";
+import type { FileRef, Viewpoint } from "../core/documents/documents.ts";
+import type { PlacedObject } from "../core/documents/placedobject.ts";
+import { Explorer } from "../core/explorer/explorer.ts";
+import { anglesOf, type Mode, type Pose } from "../core/movement/address.ts";
+import type { Astray } from "../core/movement/astray.ts";
+import { clearance_m } from "../core/movement/clearance.ts";
+import type { Footing } from "../core/movement/footing.ts";
+import { madeUp, overview } from "../core/movement/overview.ts";
+import { statureIn } from "../core/movement/stature.ts";
+import { Walker } from "../core/movement/walker.ts";
+import { FrameBudget } from "../core/pace/framebudget.ts";
+import { FrameTimes } from "../core/pace/frametimes.ts";
+import { Motion } from "../core/strategy/motion.ts";
+import { PRIORITY } from "../core/strategy/priority.ts";
+import type { QualityHistory } from "../core/strategy/quality.ts";
+import type { Eye } from "../core/strategy/sight.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
 import type { Matrix4, Object3D, Painting, Stage } from "../three/stage.ts";
@@ -96,6 +97,8 @@ export class Visit {
   readonly work = new FrameTimes(WORK_FRAMES);
   private readonly budget = new FrameBudget(DECODE_MS_PER_FRAME, () => performance.now());
   private readonly listeners: FrameListener[] = [];
+  private readonly resting: (() => void)[] = [];
+  private readonly ending = new AbortController();
   private closed = false;
   private dirty = true;
   private drewLastFrame = false;
@@ -142,16 +145,31 @@ export class Visit {
       this.redraw();
     });
     display.title(scene.manifest.title);
+    const turned = () => document.hidden && this.rest();
+    document.addEventListener("visibilitychange", turned, { signal: this.ending.signal });
   }
 
   /** Lets frames run; `controls` say what the person wants in each. */
   begin(controls: Controls): void {
+    this.onRest(() => controls.letGo());
     requestAnimationFrame((now_ms) => this.frame(now_ms, controls));
+  }
+
+  /** Calls back when one stands still because no frame is drawn any more: for who looks at another page. */
+  onRest(listener: () => void): void {
+    this.resting.push(listener);
+  }
+
+  /** No frame ends a walk now, nor says that it has ended. */
+  private rest(): void {
+    this.walker.halt();
+    for (const listener of this.resting) listener();
   }
 
   /** Ends it, and frees what it took. */
   close(): void {
     this.closed = true;
+    this.ending.abort();
     this.errands.end();
     this.explorer.close();
     this.host.clear();

@@ -58,7 +58,7 @@ use tasks::{Brought, UnderWay};
 use crate::{
     ByteSource, Error, Scene,
     atlas::Atlas,
-    fetch::{Manners, Streams},
+    fetch::Manners,
     strategy::{
         ahead::{approaches, is_worth_knowing},
         file::Key,
@@ -86,7 +86,6 @@ pub struct Explorer<S> {
     meter: Meter,
     motion: Motion,
     manners: Arc<Manners>,
-    streams: Streams,
     files: HashMap<Key, Bytes>,
     tasks: JoinSet<Brought>,
     under_way: HashMap<Id, UnderWay>,
@@ -125,7 +124,6 @@ impl<S: ByteSource + 'static> Explorer<S> {
             meter: Meter::default(),
             motion: Motion::default(),
             manners: Arc::default(),
-            streams: Streams::default(),
             files: HashMap::new(),
             tasks: JoinSet::new(),
             under_way: HashMap::new(),
@@ -189,6 +187,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
 
     /// Waits until something has happened, and says what; `None` when nothing is under way and nothing will be tried again, so
     /// that nothing will. May be called off at any time, for a new [`Explorer::follow`].
+    ///
+    /// # Panics
+    /// When a source does.
     pub async fn advance(&mut self) -> Option<Vec<Event>> {
         while self.events.is_empty() {
             if self.tasks.is_empty() && !self.recovery.is_waiting() {
@@ -202,6 +203,8 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 }
                 Some(ended) = self.tasks.join_next_with_id() => ended,
                 () = self.recovery.due() => {
+                    self.scene.forgive_what_passes().await;
+                    // Only now: nothing is lost when this is called off before.
                     let losses = self.recovery.take();
                     self.try_again(losses).await;
                     continue;
@@ -213,8 +216,10 @@ impl<S: ByteSource + 'static> Explorer<S> {
             }
             match ended {
                 Ok((id, brought)) => self.take(id, brought),
-                // It was cancelled.
-                Err(cause) => _ = self.under_way.remove(&cause.id()),
+                // What it was to bring would be waited for for ever.
+                Err(ended) if ended.is_panic() => std::panic::resume_unwind(ended.into_panic()),
+                // It was called off.
+                Err(_) => {}
             }
         }
         Some(std::mem::take(&mut self.events))
@@ -287,7 +292,6 @@ impl<S: ByteSource + 'static> Explorer<S> {
         }: Losses,
     ) {
         self.planner.residency.forgive(&files);
-        self.scene.forgive_what_passes().await;
         for cell in cells {
             self.unfound.remove(&cell);
             self.asked.insert(cell);
@@ -337,7 +341,6 @@ impl<S: ByteSource + 'static> Explorer<S> {
         };
         let Some(smooth) = &model.smooth else { return };
         self.planner.lose_stream(&model);
-        self.streams.forget(smooth.url.hash());
         self.scene.source().forget_parts(&smooth.url);
         self.replan();
     }

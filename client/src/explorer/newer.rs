@@ -173,9 +173,9 @@ impl<S: ByteSource + 'static> Explorer<S> {
             return;
         };
         if let FileName::Rung(rung) = &file.name
-            && self.streams.take(rung, bytes.clone(), model) == Some(false)
+            && self.spoils(rung, &bytes, model)
         {
-            self.planner.lose_stream(model);
+            self.lose_damaged(rung, model);
         } else if !self.planner.is_here(key) {
             self.planner.residency.arrive(key, file.bytes);
             self.files.insert(key, bytes);

@@ -1,5 +1,5 @@
 //! When is tried again what failed for a reason that passes? After a pause that grows from time to time, so that nobody hammers a
-//! server that is down, and that differs from client to client, so that they do not all come back at once (`viewer/core/recovery.ts`).
+//! server that is down, and that differs from client to client, so that they do not all come back at once (`viewer/core/fetch/recovery.ts`).
 
 use std::{collections::HashSet, time::Duration};
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use belvedere_scene::{BlobHash, CellId, Revision, index::CellEntry, rung::RungName};
+use belvedere_scene::{BlobHash, CellId, Revision, index::CellEntry, object::Model, rung::RungName};
 use bytes::Bytes;
 use tokio::task::{AbortHandle, Id};
 
@@ -104,6 +104,10 @@ impl<S: ByteSource + 'static> Explorer<S> {
                 self.lose(cause, |losses| _ = losses.cells.insert(cell));
                 self.unfound.insert(cell);
             }
+            // It had come to its end when it was called off: who asks again gets it anew, within what is promised then.
+            Brought::Files(Fetched { notes, .. }) if under_way.is_none() => {
+                self.events.extend(notes.into_iter().map(Event::Problem));
+            }
             Brought::Files(Fetched {
                 files,
                 beside,
@@ -182,14 +186,19 @@ impl<S: ByteSource + 'static> Explorer<S> {
         self.replan();
     }
 
+    /// A stream is not what its name promises: levels take its place, and nothing of it is kept for another visit.
+    pub(super) fn lose_damaged(&mut self, rung: &RungName, model: &Model) {
+        self.planner.lose_stream(model);
+        self.scene.source().forget_parts(&rung.whole());
+    }
+
     /// Takes in a file. A stream whose last rung it is must be what its name promises.
     fn keep(&mut self, file: &FileRef, bytes: Bytes) -> Result<(), Error> {
         if let FileName::Rung(rung) = &file.name
             && let Some(model) = self.planner.model_of_stream(rung.hash).cloned()
-            && self.streams.take(rung, bytes.clone(), &model) == Some(false)
+            && self.spoils(rung, &bytes, &model)
         {
-            self.planner.lose_stream(&model);
-            self.scene.source().forget_parts(&rung.whole());
+            self.lose_damaged(rung, &model);
             return Err(Error::Stream(rung.whole()));
         }
         let key = file.name.key();
@@ -209,6 +218,16 @@ impl<S: ByteSource + 'static> Explorer<S> {
         Ok(())
     }
 
+    /// Whether a rung is the last to come of a stream that is not what its name promises. One that goes and comes again is the last once more.
+    pub(super) fn spoils(&self, rung: &RungName, bytes: &Bytes, model: &Model) -> bool {
+        let here = |other: &RungName| match other == rung {
+            true => Some(bytes),
+            false => self.files.get(&other.into()),
+        };
+        let smooth = model.smooth.as_ref();
+        smooth.and_then(|smooth| fetch::is_as_named(smooth, here)) == Some(false)
+    }
+
     /// Whether one more request may be under way.
     pub(super) fn has_room(&self) -> bool {
         let bytes = self.under_way.values().map(|one| one.order.line_bytes()).sum();
@@ -216,7 +235,7 @@ impl<S: ByteSource + 'static> Explorer<S> {
     }
 
     /// Calls off what nobody needs any more. A pack of which all has come that was wanted comes to its end, as somebody may want more
-    /// of it, unless something waits that the line has no room for (`viewer/core/fetchqueue.ts`).
+    /// of it, unless something waits that the line has no room for (`viewer/core/fetch/fetchqueue.ts`).
     pub(super) fn cancel(&mut self) {
         let is_crowded = !self.has_room() && self.planner.has_more_to_ask();
         let planner = &mut self.planner;

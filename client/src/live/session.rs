@@ -250,14 +250,11 @@ impl Session {
             }
         };
         if let Line::Open { wakes, .. } = &mut self.line {
-            match &event {
-                LiveEvent::Hush(hush) => self.speaker.keep_quiet(*hush),
-                // What was said before may be as void as what was told: another server may have taken the session up.
-                LiveEvent::Wake | LiveEvent::Resync => {
-                    *wakes += 1;
-                    self.speaker.wake();
-                }
-                _ => {}
+            if let LiveEvent::Hush(hush) = &event {
+                self.speaker.keep_quiet(*hush);
+            } else if event.voids_promises() {
+                *wakes += 1;
+                self.speaker.wake();
             }
         }
         self.company.take(&event, self.ms_at(when));

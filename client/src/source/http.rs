@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use belvedere_scene::BlobName;
+use belvedere_scene::{BlobName, bundle};
 use bytes::Bytes;
 use reqwest::{
     Method, RequestBuilder, Response, StatusCode,
@@ -81,15 +81,8 @@ impl HttpSource {
         };
         let answer = request.send().await.map_err(|cause| failed(path, &cause))?;
         let answer = succeeded(path, answer)?;
-        let links = answer
-            .headers()
-            .get_all(LINK)
-            .iter()
-            .filter_map(|link| link.to_str().ok());
-        if links
-            .into_iter()
-            .any(|link| link.contains("rel=\"bundles\"") || link.contains("rel=bundles"))
-        {
+        let links = answer.headers().get_all(LINK).iter();
+        if links.filter_map(|link| link.to_str().ok()).any(bundle::is_offered) {
             self.bundles.store(true, Ordering::Relaxed);
         }
         Ok(answer)

@@ -3,7 +3,7 @@
 //! beyond where one heads.
 //!
 //! One heads for the cell behind the nearest opening that lies ahead in the direction of travel, as
-//! `viewer/core/approaches.ts` has it, which need not be hit exactly. Who turns round on the spot may be in any other cell
+//! `viewer/core/strategy/ahead.ts` has it, which need not be hit exactly. Who turns round on the spot may be in any other cell
 //! next door as soon as the way to its opening takes; so every cell has a time, and what there is no hurry for can wait.
 
 use std::collections::HashSet;

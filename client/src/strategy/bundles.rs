@@ -1,12 +1,10 @@
 //! How do many small files come with one request? As a bundle, where the server offers them (`docs/FORMAT.md`): one address
-//! names them all, and its answer holds them one after the other. What may come so is as in `viewer/core/bundles.ts`.
+//! names them all, and its answer holds them one after the other. What may come so is as in `viewer/core/strategy/bundles.ts`.
 
-use std::ops::Range;
-
-use bytes::Bytes;
+use belvedere_scene::bundle::{self, MOST_MEMBERS, Member};
 
 use super::{
-    file::{FileRef, REQUEST_BYTES},
+    file::{FileName, FileRef, REQUEST_BYTES},
     meter::AHEAD_S,
 };
 
@@ -17,10 +15,6 @@ const MOST_MEMBER_BYTES: u64 = 16 * 1024;
 /// So much comes together at most, and no more than the line brings in [`AHEAD_S`], so that what turns out to be urgent on a slow line
 /// need not wait long.
 const MOST_BYTES: u64 = 32 * 1024;
-const MOST_MEMBERS: usize = 64;
-const MAGIC: &[u8; 4] = b"BVBN";
-const VERSION: u16 = 1;
-const HEAD_BYTES: usize = 8;
 
 /// Whether a file may come in a bundle: a small one that does not take more so than alone. Members are not compressed, so
 /// what shrinks by more than a request costs is better fetched alone.
@@ -50,51 +44,25 @@ pub fn together(files: impl IntoIterator<Item = FileRef>, bytes_per_s: f64) -> V
 /// The path of a bundle.
 #[must_use]
 pub fn path_of(members: &[FileRef]) -> String {
-    let names: Vec<_> = members.iter().map(|file| file.name.file_name()).collect();
-    format!("/o/bundle/{}", names.join("+"))
+    let member = |file: &FileRef| match &file.name {
+        FileName::Object(name) => Member::Whole(name.clone()),
+        FileName::Rung(name) => Member::Rung(*name),
+    };
+    bundle::path(&members.iter().map(member).collect::<Vec<_>>())
 }
 
 /// What the answer to that has.
 #[must_use]
 pub fn bytes_of(members: &[FileRef]) -> u64 {
-    let table = HEAD_BYTES + 4 * members.len();
-    table as u64 + members.iter().map(|file| file.bytes).sum::<u64>()
-}
-
-/// Where the members of a bundle of so many begin and end, as far as its table says it, in their order; `None` while that is not here,
-/// and when it is anything else.
-#[must_use]
-pub fn places_of(so_far: &[u8], members: usize) -> Option<Vec<Range<usize>>> {
-    let number = |at: usize| {
-        so_far
-            .get(at..at + 2)
-            .map(|two| usize::from(u16::from_le_bytes([two[0], two[1]])))
-    };
-    let right = so_far.get(..4)? == MAGIC && number(4)? == usize::from(VERSION) && number(6)? == members;
-    let table = HEAD_BYTES + 4 * members;
-    if !right || so_far.len() < table {
-        return None;
-    }
-    let ends = so_far[HEAD_BYTES..table].chunks_exact(4);
-    let ends = ends.map(|end| table + u32::from_le_bytes([end[0], end[1], end[2], end[3]]) as usize);
-    let mut from = table;
-    let place = |to: usize| (to >= from).then(|| std::mem::replace(&mut from, to)..to);
-    ends.map(place).collect()
-}
-
-/// The members of a bundle of so many; `None` when it is anything else.
-#[must_use]
-pub fn members_of(bundle: &Bytes, members: usize) -> Option<Vec<Bytes>> {
-    let places = places_of(bundle, members)?;
-    let is_all = places.last().is_some_and(|last| last.end == bundle.len());
-    // A copy, so that what stays does not keep the others in memory.
-    let member = |place: Range<usize>| Bytes::copy_from_slice(&bundle[place]);
-    is_all.then(|| places.into_iter().map(member).collect())
+    bundle::bytes_of(members.len(), members.iter().map(|file| file.bytes).sum())
 }
 
 #[cfg(test)]
 mod tests {
+    use std::{fs, path::Path};
+
     use belvedere_scene::BlobName;
+    use serde::Deserialize;
 
     use super::*;
 
@@ -132,27 +100,31 @@ mod tests {
         }
     }
 
+    /// What `crates/scene/tests/golden_bundle.rs` says of what is asked for.
+    #[derive(Deserialize)]
+    struct Golden {
+        asked: Asked,
+    }
+
+    #[derive(Deserialize)]
+    struct Asked {
+        urls: Vec<String>,
+        path: String,
+    }
+
     #[test]
-    fn members_come_out_whole_or_not_at_all() {
-        let mut bundle = b"BVBN\x01\0\x02\0\x03\0\0\0\x05\0\0\0abcde".to_vec();
-        let read = |bundle: &[u8]| members_of(&Bytes::copy_from_slice(bundle), 2);
-        assert_eq!(
-            read(&bundle).unwrap(),
-            [Bytes::from_static(b"abc"), Bytes::from_static(b"de")]
-        );
-        for short in 0..bundle.len() {
-            assert_eq!(read(&bundle[..short]), None);
-            let places = places_of(&bundle[..short], 2);
-            assert_eq!(
-                places,
-                (short >= 16).then(|| vec![16..19, 19..21]),
-                "after {short} bytes"
-            );
+    fn the_golden_set_is_asked_for_at_its_address() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/golden/bundle/cases.json");
+        let Golden { asked } = serde_json::from_slice(&fs::read(path).unwrap()).unwrap();
+        let file = |url: &String| {
+            let object = |_| FileName::Object(BlobName::from_url(url).unwrap());
+            let name = url.parse().map_or_else(object, FileName::Rung);
+            FileRef { name, bytes: 100 }
+        };
+        let mut files: Vec<_> = asked.urls.iter().map(file).collect();
+        for _ in 0..files.len() {
+            files.rotate_left(1);
+            assert_eq!(path_of(&together(files.clone(), f64::INFINITY)), asked.path);
         }
-        bundle.push(0);
-        assert_eq!(read(&bundle), None);
-        bundle.pop();
-        bundle[8] = 6;
-        assert_eq!(read(&bundle), None, "it ends before it begins");
     }
 }

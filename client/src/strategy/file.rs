@@ -1,5 +1,5 @@
 //! What is a file called, and what does it take on the line? Servers compress as they send; documents say how large files
-//! are, not how small they get, so each kind counts with the share that is left of it on average (`viewer/core/travel.ts`).
+//! are, not how small they get, so each kind counts with the share that is left of it on average (`viewer/core/strategy/file.ts`).
 
 use std::{fmt, ops::Range};
 

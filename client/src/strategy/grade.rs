@@ -2,7 +2,7 @@
 //! smooth LOD gives up to a rung, or level 0 grown here out of the rules that it has come from (Schmalstieg, *The Remote
 //! Rendering Pipeline*, 1997, §8).
 //!
-//! The rule, in one place for first pictures and for refining, as in `viewer/core/grades.ts`: of the grades that are good
+//! The rule, in one place for first pictures and for refining, as in `viewer/core/strategy/grade.ts`: of the grades that are good
 //! enough for an error, the one for which the fewest bytes have still to travel. What is here, or on its way, is not paid
 //! again; so rungs are appended, and smooth LODs are left alone where the coarsest levels of many models come in one
 //! compressed pack, or where a model is too small to pay for its materials. Rules for which many wait cost each its share. Rules that are here would cost nothing for any

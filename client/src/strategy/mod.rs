@@ -1,6 +1,6 @@
 //! What to fetch next, and why? The client's strategy without any I/O and without a clock of its own: given what is visible
 //! here, which cells may be entered soon, what is held and on its way, and the budgets, it says which request comes next. The
-//! same rules as in `viewer/core`; [`crate::tour`] and [`crate::Explorer`] carry them out.
+//! same rules as in `viewer/core/strategy` (`docs/STRATEGY.md`); [`crate::tour`] and [`crate::Explorer`] carry them out.
 //!
 //! * [`plan`](mod@plan): what is wanted of what is visible ([`priority`]: how urgent, and why; [`grade`]: levels, rungs or rules,
 //!   of which many models count a share each);

@@ -1,4 +1,4 @@
-//! Where is the visitor going? Its velocity, smoothed as in `viewer/core/motion.ts`, so that one step aside is no turn.
+//! Where is the visitor going? Its velocity, smoothed as in `viewer/core/strategy/motion.ts`, so that one step aside is no turn.
 
 /// How quickly a new velocity is believed, as a rate per second.
 const RESPONSE_PER_S: f64 = 4.0;

@@ -1,5 +1,5 @@
 //! In how many steps from here is a model needed? Counted from cell to adjacent cell, breadth first, over what is known of
-//! the cells around; what no known cell near by sees is infinitely far (`viewer/core/nearness.ts`).
+//! the cells around; what no known cell near by sees is infinitely far (`viewer/core/strategy/nearness.ts`).
 
 use std::collections::{HashMap, HashSet};
 

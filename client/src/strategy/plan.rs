@@ -1,10 +1,5 @@
-//! What should be fetched next? A pure function of what is visible, what is held and where the eye is, as in
-//! `viewer/core/scheduler.ts`.
-//!
-//! Rule 1: something of every visible object, at least as good as its coarsest level, comes before anything finer of
-//! anything; objects come in the order of their visible solid angle. Rule 2: then models are refined by screen error, the
-//! worst first, until their error covers at most `target_px` pixels. Objects that share a model share one download, and the
-//! object that needs it most decides.
+//! What should be fetched next of what is visible? A pure function of that, of what is held and of where the eye is, as in
+//! `viewer/core/strategy/plan.ts`. The rules stand in `docs/STRATEGY.md`.
 
 use std::collections::{HashMap, HashSet};
 
@@ -135,7 +130,7 @@ pub fn target_within(visible: &[Seen], eye: &Eye, target_px: f64, most_triangles
             let fit = Grade::all(&seen.geometry).filter(|grade| grade.will_do(&seen.geometry, most_error));
             fit.map(|grade| grade.triangles).min().unwrap_or(0)
         };
-        visible.iter().map(of).sum()
+        visible.iter().map(of).fold(0, u64::saturating_add)
     };
     (0..16)
         .map(|doubled| target_px * f64::from(1 << doubled))
@@ -156,5 +151,5 @@ pub fn least_bytes<'a>(visible: impl IntoIterator<Item = &'a Seen>, stock: &impl
             );
         }
     }
-    files.into_values().sum()
+    files.into_values().fold(0, u64::saturating_add)
 }

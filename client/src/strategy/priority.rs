@@ -1,4 +1,4 @@
-//! How urgent is a download, and why? Each purpose has a band, as in `viewer/core/priority.ts`; within it, what has most
+//! How urgent is a download, and why? Each purpose has a band, as in `viewer/core/strategy/priority.ts`; within it, what has most
 //! benefit goes first. One number decides, and every wish says in words where it has it from.
 
 use std::fmt;

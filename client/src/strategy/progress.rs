@@ -1,5 +1,5 @@
 //! How much of what one can see is here? Exact, because the documents say how large everything is: bytes of published files,
-//! each once however many objects share them (`viewer/core/progress.ts`).
+//! each once however many objects share them (`viewer/core/strategy/progress.ts`).
 //!
 //! The first picture is measured by coarsest levels, whatever stands for them: a rung counts as the level that need not come
 //! any more. So the total is what the cell's record says (`visible_coarsest_bytes`), and stays the same; but what stands in for

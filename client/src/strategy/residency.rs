@@ -2,7 +2,7 @@
 //! its *base*, and at most one finer grade, its *detail*, which can go at any time without leaving a hole. Files are counted
 //! by who uses them, so that a picture that many models share is held once, and goes with the last of them.
 //!
-//! Guarantees, as in `viewer/core/residency.ts`: nothing is promised that would exceed the limit together with what is held
+//! Guarantees, as in `viewer/core/strategy/residency.ts`: nothing is promised that would exceed the limit together with what is held
 //! and promised already, and the base of what is visible never goes. Files that nobody uses go first, then details, then
 //! bases; of each those first that are needed furthest away, counted in steps from cell to adjacent cell, and of these the
 //! longest unused (Marvie & Bouatouch, *A VRML97-X3D extension for massive scenery management in virtual worlds*, 2004,

@@ -1,5 +1,5 @@
 //! What does a file cost each of many models that wait for it? Rules from which many would grow come once, so each of these counts
-//! its share of them, as in `viewer/core/sharing.ts`: else levels of many models come instead, one by one, of which none alone costs
+//! its share of them, as in `viewer/core/strategy/sharing.ts`: else levels of many models come instead, one by one, of which none alone costs
 //! more than all of the rules.
 
 use std::collections::HashMap;

@@ -10,10 +10,11 @@ use super::{
     line::{HEADER_BYTES, Line, Traffic, Transfer},
     metered::{Answer, Metered},
     outcome::Tour,
+    streams::Streams,
 };
 use crate::{
     ByteSource, Error, Scene,
-    fetch::{self, Fetched, Manners, Streams},
+    fetch::{self, Fetched, Manners},
     strategy::{
         file::{FileName, FileRef, Key},
         meter::Meter,
@@ -280,7 +281,7 @@ impl<'a, S: ByteSource> Courier<'a, S> {
         let length = bytes.len() as u64;
         if let FileName::Rung(rung) = &file.name
             && let Some(model) = planner.model_of_stream(rung.hash).cloned()
-            && self.streams.take(rung, bytes, &model) == Some(false)
+            && self.streams.take(rung, &bytes, &model) == Some(false)
         {
             planner.lose_stream(&model);
             self.scene.source().forget_parts(&rung.whole());

@@ -23,6 +23,7 @@ mod metered;
 pub mod outcome;
 pub mod ramble;
 pub mod script;
+mod streams;
 #[cfg(test)]
 mod tests;
 mod visitor;

@@ -368,7 +368,7 @@ fn on_line() {
             .map(|[min, max]| Region::of_box(relative(min), relative(max)))
             .collect();
         for (openings, settings) in [
-            ("no", ConservativeSettings::ROUGH),
+            ("no", ConservativeSettings::ON_LINE.rough()),
             ("yes", ConservativeSettings::ON_LINE),
         ] {
             let mut open = 0;

@@ -4,9 +4,17 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::Serialize;
 
-/// Counts defects by kind and keeps the first place of each.
+/// Counts defects by kind and keeps the first place of each, or all places where each must be seen to.
 #[derive(Debug, Clone, Default)]
-pub struct Defects(BTreeMap<&'static str, (u64, String)>);
+pub struct Defects(BTreeMap<&'static str, Noted>);
+
+#[derive(Debug, Clone, Default)]
+struct Noted {
+    count: u64,
+    /// The first, or all.
+    places: Vec<String>,
+    names_all: bool,
+}
 
 /// One kind of defect, as reports show it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -17,12 +25,23 @@ pub struct Defect {
     pub count: u64,
     /// The first place: `mesh "Wall" primitive 2, triangle 17`.
     pub first: String,
+    /// Further places, of kinds of which all are named.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub others: Vec<String>,
 }
 
 impl fmt::Display for Defect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, count, first } = self;
-        write!(f, "{count} × {kind} (first: {first})")
+        let Self {
+            kind,
+            count,
+            first,
+            others,
+        } = self;
+        match &others[..] {
+            [] => write!(f, "{count} × {kind} (first: {first})"),
+            others => write!(f, "{count} × {kind} ({first}, {})", others.join(", ")),
+        }
     }
 }
 
@@ -30,29 +49,68 @@ impl Defects {
     /// Notes `count` defects of a kind; `place` names the first of them. Nothing happens when `count` is zero.
     pub fn note(&mut self, kind: &'static str, count: u64, place: impl FnOnce() -> String) {
         if count > 0 {
-            self.0.entry(kind).or_insert_with(|| (0, place())).0 += count;
+            let noted = self.0.entry(kind).or_default();
+            if noted.count == 0 {
+                noted.places.push(place());
+            }
+            noted.count += count;
+        }
+    }
+
+    /// Notes a defect of a kind at each of some places, all of which are named. A kind is noted either so or as [`note`](Self::note) does.
+    pub fn name(&mut self, kind: &'static str, places: impl IntoIterator<Item = String>) {
+        for place in places {
+            let noted = self.0.entry(kind).or_default();
+            noted.count += 1;
+            noted.places.push(place);
+            noted.names_all = true;
         }
     }
 
     /// Adds what was noted elsewhere; the first place stays the first.
     pub fn absorb(&mut self, other: Self) {
-        for (kind, (count, first)) in other.0 {
-            self.note(kind, count, || first);
+        for (kind, noted) in other.0 {
+            let known = self.0.entry(kind).or_default();
+            if known.count == 0 || noted.names_all {
+                known.places.extend(noted.places);
+            }
+            known.count += noted.count;
+            known.names_all |= noted.names_all;
         }
     }
 
     /// All kinds, by name.
     pub fn iter(&self) -> impl Iterator<Item = Defect> {
-        self.0.iter().map(|(kind, (count, first))| Defect {
+        self.0.iter().map(|(kind, noted)| Defect {
             kind,
-            count: *count,
-            first: first.clone(),
+            count: noted.count,
+            first: noted.places.first().cloned().unwrap_or_default(),
+            others: noted.places.iter().skip(1).cloned().collect(),
         })
     }
 
     /// How many of one kind there are.
     #[must_use]
     pub fn count(&self, kind: &str) -> u64 {
-        self.0.get(kind).map_or(0, |(count, _)| *count)
+        self.0.get(kind).map_or(0, |noted| noted.count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_named_all_or_the_first_and_what_is_taken_over_is_added() {
+        let mut defects = Defects::default();
+        defects.note("dent", 2, || "a".to_owned());
+        defects.name("leak", ["a", "b"].map(str::to_owned));
+        let mut others = Defects::default();
+        others.note("dent", 1, || "c".to_owned());
+        others.name("leak", ["c".to_owned()]);
+        others.note("never", 0, || "d".to_owned());
+        defects.absorb(others);
+        let told: Vec<_> = defects.iter().map(|defect| defect.to_string()).collect();
+        assert_eq!(told, ["3 × dent (first: a)", "3 × leak (a, b, c)"]);
     }
 }

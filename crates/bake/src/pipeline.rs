@@ -11,6 +11,7 @@ use crate::{
     foliage,
     frame::Frame,
     import::split::{self, SplitSettings},
+    impostors::surface::note_unseen,
     lod::LodSettings,
     memory::{Forgetful, Memory, Recent},
     morton,
@@ -106,6 +107,7 @@ pub fn bake(
     world::check_placed(&source.scene)?;
     progress.start(Stage::Occluders, STEPS);
     let mut scene = in_spatial_order(split::split(share(source.scene), &settings.split, defects));
+    note_unseen(&scene, defects);
     // Who draws cells has looked which way they should stand.
     let frame = if scene.authored.cells.is_empty() {
         Frame::of(&scene)
@@ -127,6 +129,7 @@ pub fn bake(
     progress.advance(1);
     let (partition, graph) = if scene.authored.cells.is_empty() {
         let estimate = |graph: &CellGraph| visibility::glance(&world, &scenery, graph, progress);
+        cells::author::note_portals(&scene.authored, defects);
         let partition = cells::build_refined(&world, &viewpoints, &settings.cells, &estimate, progress)?;
         let graph = partition.graph(&world);
         (Some(partition), graph)
@@ -218,7 +221,7 @@ fn how_cut(world: &World, (graph, is_drawn): (&CellGraph, bool), visibility: &Vi
             distance(world.scale_m())
         )
     } else if is_everything && graph.cells.len() == 1 && !is_drawn {
-        "one cell, because no wall hides anything: everything is visible".to_owned()
+        "one cell, because no wall hides anything: everything is visible; winding tunnels hide more where their cells are drawn".to_owned()
     } else if is_everything {
         let found = if seen_less {
             "though rays see less, nothing can be proved hidden from any"
@@ -241,11 +244,10 @@ fn distance(metres: f32) -> String {
 
 /// Notes doors that do not fill their frames.
 fn note_leaky_doors(scenery: &Scenery, scene: &SourceScene, defects: &mut Defects) {
-    let leaky: Vec<_> = scenery.blocker.occluders.leaky_doors().collect();
-    let kind = "door seen through when closed, for glass, holes or culled backs: hides only where it is opaque";
-    defects.note(kind, leaky.len() as u64, || {
-        scene.objects[leaky[0] as usize].source_node.clone()
-    });
+    let leaky = scenery.blocker.occluders.leaky_doors();
+    let kind = "door seen through when closed, for glass, holes, culled backs or a slanted outline: hides only where it is surely opaque";
+    let node = |door: u32| scene.objects[door as usize].source_node.clone();
+    defects.name(kind, leaky.map(node));
 }
 
 /// Notes viewpoints from which nobody may look around.

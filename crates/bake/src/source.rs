@@ -11,6 +11,8 @@ use belvedere_scene::impostor::Wish;
 use belvedere_scene::procedural::Recipe;
 use glam::{DMat3, DMat4, DVec3};
 
+use crate::growable::Tie;
+
 /// A scene as read from a source file, before anything was computed.
 #[derive(Debug, Clone, Default)]
 pub struct SourceScene {
@@ -87,6 +89,8 @@ pub struct SourceModel {
     pub coarser: Vec<Vec<Primitive>>,
     /// How it grows, when it is whole and has grown from rules.
     pub recipe: Option<SourceRecipe>,
+    /// What keeps it from that, when it has grown from rules and not by itself.
+    pub tie: Option<Tie>,
 }
 
 /// Rules from which a model grows.
@@ -215,6 +219,15 @@ impl SourceScene {
     #[must_use]
     pub fn placed_triangles(&self) -> usize {
         let of_models: Vec<usize> = self.models.iter().map(SourceModel::triangle_count).collect();
+        self.objects.iter().map(|object| of_models[object.model]).sum()
+    }
+
+    /// What all objects would take without any coding: 12 bytes for each vertex and 6 for each triangle.
+    #[must_use]
+    pub fn explicit_bytes(&self) -> u64 {
+        let vertices = |model: &SourceModel| model.primitives.iter().map(|p| p.positions.len()).sum::<usize>();
+        let of_model = |model: &SourceModel| 12 * vertices(model) as u64 + 6 * model.triangle_count() as u64;
+        let of_models: Vec<u64> = self.models.iter().map(of_model).collect();
         self.objects.iter().map(|object| of_models[object.model]).sum()
     }
 

@@ -180,7 +180,7 @@ impl World {
     /// Whether the scene is so wide that more than a share of its rest is small: nothing less is known exactly enough.
     #[must_use]
     pub fn is_too_wide(&self) -> bool {
-        self.small_m <= small::LEAST * self.scale_m
+        self.scale_m > 0.0 && self.small_m <= small::LEAST * self.scale_m
     }
 
     /// A point in world space, relative to the origin.
@@ -303,6 +303,7 @@ impl World {
         let bounds = &self.object_bounds[object as usize];
         digester.doubles(&bounds.min).doubles(&bounds.max);
         digester.flag(self.doors.binary_search(&object).is_ok());
+        digester.flag(self.has_lines_or_points(object));
         let triangles = self.triangles_of(object);
         digester.count(triangles.len());
         for triangle in &*triangles {

@@ -174,7 +174,7 @@ fn streams_and_what_they_give_are_as_they_were() {
         ("far", far(), precision(14, false)),
         ("nothing", SourceModel::default(), precision(14, true)),
     ] {
-        let bytes = encode(&QuantisedMesh::new(&model, precision));
+        let bytes = encode(&QuantisedMesh::new(&model, precision)).unwrap();
         let told = format!("{:#}\n", told(&bytes));
         let (stream, hashes) = (
             folder().join(format!("{name}.slod")),

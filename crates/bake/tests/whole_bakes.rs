@@ -1,5 +1,8 @@
 //! Does the whole bake hold together, on plans and on worlds that nobody here made?
 
+#[path = "../../../tests/tools/scenes.rs"]
+mod scenes;
+
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
@@ -22,6 +25,7 @@ use belvedere_scene::{
     record::CellRecord,
     start::Start,
 };
+use scenes::scenes;
 
 /// Keeps blobs in memory.
 #[derive(Default)]
@@ -213,15 +217,6 @@ fn the_same_source_gives_the_same_bytes_for_one_two_and_eight_threads() {
 
 /// With bodies alone, which is quickest, and enough to see that all stages work together; what is seen is checked elsewhere.
 const FEW_RAYS: u32 = 400;
-
-fn scenes() -> Option<PathBuf> {
-    let scenes = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes"));
-    if !scenes.is_dir() {
-        eprintln!("skipped: the test scenes are not beside this checkout");
-        return None;
-    }
-    Some(scenes.to_owned())
-}
 
 #[test]
 fn every_world_beside_this_checkout_bakes() {

@@ -15,6 +15,7 @@ use belvedere_bake::{
     },
     lod::{self, LodLevel},
     progress::Silent,
+    smooth::{self, quantise::QuantisedMesh},
     source::{Material, SourceModel},
 };
 use belvedere_scene::procedural::Settings;
@@ -70,6 +71,14 @@ impl Mesh {
     /// When the rules are wrong or grow nothing.
     pub fn of_rules(name: &str, rules: &str) -> anyhow::Result<Self> {
         Self::largest(name, grow("evaluated.dcg", rules.to_owned())?)
+    }
+
+    /// Its smooth LOD, from these corners.
+    ///
+    /// # Errors
+    /// When so many triangles meet at one vertex that it has none.
+    pub fn stream(&self, quantised: &QuantisedMesh) -> anyhow::Result<Vec<u8>> {
+        smooth::encode(quantised).with_context(|| format!("{} has no smooth LOD", self.name))
     }
 
     fn largest(name: &str, growth: Growth) -> anyhow::Result<Self> {

@@ -4,12 +4,14 @@
 //! ready at once. Cells are found through a tree of boxes over their rising ids: ids of neighbours are near each other
 //! (`belvedere_scene::index`), so the boxes are tight. A question costs O(log cells + answers).
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{collections::BTreeSet, sync::Arc};
 
 use belvedere_scene::{
     Bounds, CellId, ObjectId,
     convex::{self, HalfSpace},
 };
+
+use crate::{screen::Screen, screens::Screens};
 
 /// Children of a box of the tree.
 const FAN: usize = 8;
@@ -75,7 +77,9 @@ pub struct Cells {
     tree: Vec<Vec<Bounds>>,
     /// While all doors are open.
     sees: Vec<Option<Arc<[CellId]>>>,
-    screens: BTreeMap<CellId, Screen>,
+    /// Doors that are closed.
+    closed: BTreeSet<ObjectId>,
+    screens: Screens,
 }
 
 /// A cell that cannot be seen into from another while doors are closed.
@@ -85,39 +89,6 @@ pub struct Hidden {
     pub cell: CellId,
     /// Each of these sets of doors hides it while all in it are closed, whatever becomes of others.
     pub behind: Vec<Vec<ObjectId>>,
-}
-
-/// What closed doors leave of what a cell sees.
-#[derive(Debug, Clone)]
-struct Screen {
-    /// These doors are closed, rising; of others it makes no use.
-    closed: Vec<ObjectId>,
-    /// Whether all that they hide is known, as far as it can be.
-    whole: bool,
-    /// What they hide, each with the sets of doors of which one alone does.
-    hidden: BTreeMap<CellId, Vec<Vec<ObjectId>>>,
-    leaves: Arc<[CellId]>,
-}
-
-impl Screen {
-    /// Forgets what takes a door to be closed; whether something can be seen again.
-    fn open(&mut self, door: ObjectId) -> bool {
-        self.closed.retain(|closed| *closed != door);
-        let (known, whole) = (self.hidden.len(), &mut self.whole);
-        self.hidden.retain(|_, behind| {
-            let known = behind.len();
-            behind.retain(|doors| !doors.contains(&door));
-            *whole &= behind.len() == known;
-            !behind.is_empty()
-        });
-        self.hidden.len() < known
-    }
-
-    /// What it leaves of what the cell sees.
-    fn leave(&mut self, sees: &[CellId]) {
-        let left = sees.iter().filter(|other| !self.hidden.contains_key(other));
-        self.leaves = left.copied().collect();
-    }
 }
 
 impl Cells {
@@ -133,7 +104,8 @@ impl Cells {
         }
         Self {
             sees: vec![None; cells.len()],
-            screens: BTreeMap::new(),
+            closed: BTreeSet::new(),
+            screens: Screens::default(),
             cells,
             tree,
         }
@@ -185,6 +157,16 @@ impl Cells {
     #[must_use]
     pub fn under(&self, ball: &Ball) -> Vec<CellId> {
         self.under_any(std::slice::from_ref(ball))
+    }
+
+    /// The same of two balls, which are often one.
+    #[must_use]
+    pub fn under_either(&self, (a, b): (Ball, Ball)) -> Vec<CellId> {
+        if a == b {
+            self.under(&a)
+        } else {
+            self.under_any(&[a, b])
+        }
     }
 
     /// The cells that one of these balls touches, rising; of each that touches none the nearest one.
@@ -240,49 +222,68 @@ impl Cells {
         self.sees.get(cell.index())?.as_ref()
     }
 
-    /// Takes note of what cannot be seen from a cell while these doors, rising, are closed.
-    pub fn screen(&mut self, cell: CellId, closed: &[ObjectId], hidden: &[Hidden]) {
-        let Some(sees) = self.sees_through_all(cell) else {
-            return;
+    /// Takes note of what cannot be seen from a cell while these doors, rising, are closed. It counts whenever they are. `looked_by`
+    /// gives the cells from which somebody looks now: where all together takes too much memory, what is known of others is given up,
+    /// and where that is not enough, what is new. Says whether something else is seen from the cell than before.
+    pub fn screen(
+        &mut self,
+        cell: CellId,
+        closed: &[ObjectId],
+        hidden: &[Hidden],
+        looked_by: impl FnOnce() -> BTreeSet<CellId>,
+    ) -> bool {
+        let Some(sees) = self.sees.get(cell.index()).and_then(Option::as_ref) else {
+            return false;
         };
-        // A cell always sees itself.
-        let others = hidden.iter().filter(|hidden| hidden.cell != cell);
-        let mut screen = Screen {
-            closed: closed.to_vec(),
-            whole: true,
-            hidden: others.map(|hidden| (hidden.cell, hidden.behind.clone())).collect(),
-            leaves: [].into(),
+        let before = self.seen_by(cell).cloned();
+        let change = |screen: &mut Screen| {
+            // A cell always sees itself.
+            screen.learn(closed, hidden.iter().filter(|hidden| hidden.cell != cell));
+            screen.leave(sees, &self.closed);
         };
-        screen.leave(sees);
-        self.screens.insert(cell, screen);
+        self.screens.change(cell, change, looked_by);
+        before.as_ref() != self.seen_by(cell)
+    }
+
+    /// Somebody looks from a cell, or is about to: what is known of it is given up later than what nobody needs.
+    pub fn look_from(&mut self, cell: CellId) {
+        self.screens.touch(cell);
+    }
+
+    #[cfg(test)]
+    pub(crate) fn limit_screens(&mut self, of_now: f64) {
+        self.screens.limit(of_now);
     }
 
     /// Whether all is known that these closed doors, rising, hide from a cell.
     #[must_use]
     pub fn is_screened_by(&self, cell: CellId, closed: &[ObjectId]) -> bool {
-        self.screens
-            .get(&cell)
-            .map_or(closed.is_empty(), |screen| screen.whole && screen.closed == closed)
+        let screen = self.screens.get(cell);
+        closed.is_empty() || screen.is_some_and(|screen| screen.knows(closed))
     }
 
-    /// A door is open: nothing counts as hidden any more that takes it to be closed. Gives the cells that see more now, rising.
-    pub fn open(&mut self, door: ObjectId) -> Vec<CellId> {
-        let mut widened = Vec::new();
-        for (cell, screen) in &mut self.screens {
-            if screen.closed.contains(&door)
-                && screen.open(door)
-                && let Some(sees) = &self.sees[cell.index()]
+    /// A door is open, or closed, from now on: whatever is known to be hidden by it counts no more, or again. Gives the
+    /// cells that see something else now, rising.
+    pub fn set_door(&mut self, door: ObjectId, open: bool) -> Vec<CellId> {
+        let moved = if open {
+            self.closed.remove(&door)
+        } else {
+            self.closed.insert(door)
+        };
+        let mut changed = Vec::new();
+        for (cell, screen) in self.screens.iter_mut().filter(|_| moved) {
+            if let Some(sees) = &self.sees[cell.index()]
+                && screen.takes(door)
+                && screen.leave(sees, &self.closed)
             {
-                screen.leave(sees);
-                widened.push(*cell);
+                changed.push(cell);
             }
         }
-        self.screens.retain(|_, screen| !screen.closed.is_empty());
-        widened
+        changed
     }
 
     fn seen_by(&self, cell: CellId) -> Option<&Arc<[CellId]>> {
-        let screen = self.screens.get(&cell).map(|screen| &screen.leaves);
+        let screen = self.screens.get(cell).map(Screen::leaves);
         screen.or_else(|| self.sees_through_all(cell))
     }
 
@@ -425,25 +426,45 @@ mod tests {
     }
 
     #[test]
-    fn closed_doors_leave_less_until_one_of_them_opens() {
+    fn closed_doors_leave_less_until_one_of_them_opens_and_again_when_it_closes() {
         let mut cells = field(2);
         let [a, b] = [ObjectId(5), ObjectId(9)];
-        cells.screen(CellId(0), &[a], &[hidden(2, &[&[a]])]);
-        assert!(cells.is_screened_by(CellId(0), &[]), "nothing is known of the cell yet");
-        cells.learn(CellId(0), &[CellId(1), CellId(2)]);
-        cells.screen(CellId(0), &[a, b], &[hidden(0, &[&[a]]), hidden(2, &[&[a, b]])]);
-        assert_eq!(
-            *cells.seen_from(&[CellId(0)]),
-            [CellId(0), CellId(1)],
-            "a cell sees itself"
+        cells.screen(CellId(0), &[a], &[hidden(2, &[&[a]])], BTreeSet::new);
+        assert!(
+            !cells.is_screened_by(CellId(0), &[a]),
+            "nothing is known of the cell yet"
         );
-        assert!(cells.is_screened_by(CellId(0), &[a, b]));
-        assert_eq!(cells.open(ObjectId(7)), []);
-        assert_eq!(cells.open(b), [CellId(0)]);
-        assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0), CellId(1), CellId(2)]);
-        assert!(!cells.is_screened_by(CellId(0), &[a]), "it may hide more by itself");
-        assert_eq!(cells.open(a), []);
         assert!(cells.is_screened_by(CellId(0), &[]));
+        cells.learn(CellId(0), &[CellId(1), CellId(2)]);
+        let open = [CellId(0), CellId(1), CellId(2)];
+        assert_eq!([cells.set_door(a, false), cells.set_door(b, false)], [vec![], vec![]]);
+        let answer = [hidden(0, &[&[a]]), hidden(2, &[&[a, b]])];
+        assert!(cells.screen(CellId(0), &[a, b], &answer, BTreeSet::new));
+        let again = cells.screen(CellId(0), &[a, b], &answer, BTreeSet::new);
+        assert!(!again, "nothing else is seen than before");
+        let behind = [CellId(0), CellId(1)];
+        assert_eq!(*cells.seen_from(&[CellId(0)]), behind, "a cell sees itself");
+        assert!(cells.is_screened_by(CellId(0), &[a, b]));
+        for _ in 0..2 {
+            assert_eq!(cells.set_door(ObjectId(7), true), []);
+            assert_eq!(cells.set_door(b, true), [CellId(0)]);
+            assert_eq!(*cells.seen_from(&[CellId(0)]), open);
+            assert!(!cells.is_screened_by(CellId(0), &[a]), "it may hide more by itself");
+            assert_eq!(cells.set_door(b, false), [CellId(0)], "which needs no new answer");
+            assert_eq!(*cells.seen_from(&[CellId(0)]), behind);
+        }
+        assert!(cells.is_screened_by(CellId(0), &[a, b]));
+    }
+
+    #[test]
+    fn an_answer_that_comes_late_counts_when_its_doors_are_closed() {
+        let mut cells = field(2);
+        let door = ObjectId(5);
+        cells.learn(CellId(0), &[CellId(2)]);
+        cells.screen(CellId(0), &[door], &[hidden(2, &[&[door]])], BTreeSet::new);
+        assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0), CellId(2)]);
+        assert_eq!(cells.set_door(door, false), [CellId(0)]);
+        assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0)]);
     }
 
     #[test]
@@ -451,12 +472,18 @@ mod tests {
         let mut cells = field(2);
         let [a, b, c] = [3, 5, 9].map(ObjectId);
         cells.learn(CellId(0), &[CellId(1), CellId(2), CellId(3)]);
+        for door in [a, b, c] {
+            cells.set_door(door, false);
+        }
         let answer = [hidden(1, &[&[a]]), hidden(2, &[&[b, c], &[a]]), hidden(3, &[&[c]])];
-        cells.screen(CellId(0), &[a, b, c], &answer);
+        cells.screen(CellId(0), &[a, b, c], &answer, BTreeSet::new);
         assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0)]);
-        assert_eq!(cells.open(a), [CellId(0)]);
+        assert_eq!(cells.set_door(b, true), []);
+        assert!(cells.is_screened_by(CellId(0), &[a, c]), "it was needed for nothing");
+        cells.set_door(b, false);
+        assert_eq!(cells.set_door(a, true), [CellId(0)]);
         assert_eq!(*cells.seen_from(&[CellId(0)]), [CellId(0), CellId(1)]);
-        assert_eq!(cells.open(c), [CellId(0)]);
+        assert_eq!(cells.set_door(c, true), [CellId(0)]);
         assert_eq!(
             *cells.seen_from(&[CellId(0)]),
             [CellId(0), CellId(1), CellId(2), CellId(3)]

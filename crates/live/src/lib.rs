@@ -3,7 +3,8 @@
 //! The online rules of one scene, as a state machine: inputs with their time go into a [`World`], events for sessions
 //! come out. Nothing here waits, reads a clock or knows a wire; the server runs it in one task for each scene.
 //!
-//! * [`cells`]: where a point is, what a ball touches, what is seen from a cell: what the rules need of a published scene.
+//! * [`cells`]: where a point is, what a ball touches, what is seen from a cell: what the rules need of a published scene,
+//!   and what closed doors leave of it.
 //! * [`motion`]: poses, dead reckoning, trajectories.
 //! * [`tbv`]: temporal bounding volumes: where a hidden mover surely is, and for how long.
 //! * [`aoi`]: areas of interest with hysteresis.
@@ -22,6 +23,8 @@ pub mod journal;
 pub mod motion;
 pub mod nodes;
 pub mod pace;
+mod screen;
+mod screens;
 pub mod tbv;
 pub mod world;
 

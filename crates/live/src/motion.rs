@@ -106,6 +106,22 @@ pub(crate) fn shortened(vector: [f64; 3], most: f64) -> [f64; 3] {
     vector.map(|x| x / length * most)
 }
 
+/// The orientation a share of the shortest turn on from one to another, at an even rate (Shoemake, *Animating rotation with quaternion
+/// curves*, 1985).
+fn turned(from: [f64; 4], to: [f64; 4], share: f64) -> [f64; 4] {
+    /// Nobody sees so small a turn.
+    const CLOSE: f64 = 1.0 - 1e-9;
+    let dot: f64 = (0..4).map(|i| from[i] * to[i]).sum();
+    if dot.abs() > CLOSE {
+        return from;
+    }
+    let angle = dot.abs().acos();
+    let [before, after] = [1.0 - share, share].map(|part| (part * angle).sin() / angle.sin());
+    // Either of two opposite quaternions is the same orientation; the nearer one is turned to.
+    let after = after * dot.signum();
+    std::array::from_fn(|i| before * from[i] + after * to[i])
+}
+
 /// A point of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Key {
@@ -113,11 +129,11 @@ pub struct Key {
     pub t_ms: Ms,
     /// World space, metres.
     pub position: [f64; 3],
-    /// A unit quaternion.
+    /// A quaternion of any length but zero; in a trajectory of length one.
     pub orientation: [f64; 4],
 }
 
-/// A way that is known ahead: straight lines between keys.
+/// A way that is known ahead: straight lines between keys, with an even turn on each.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Written")]
 pub struct Trajectory {
@@ -170,13 +186,18 @@ impl Trajectory {
     ///
     /// # Errors
     /// When there is no key or their times do not rise from zero.
-    pub fn new(begin_ms: Ms, keys: Vec<Key>, repeat: bool) -> Result<Self, TrajectoryError> {
+    pub fn new(begin_ms: Ms, mut keys: Vec<Key>, repeat: bool) -> Result<Self, TrajectoryError> {
         let first = keys.first().ok_or(TrajectoryError::Empty)?;
         if first.t_ms != 0 {
             return Err(TrajectoryError::Order(0));
         }
         if let Some(at) = keys.windows(2).position(|pair| pair[0].t_ms >= pair[1].t_ms) {
             return Err(TrajectoryError::Order(at + 1));
+        }
+        for key in &mut keys {
+            // What has no length is no orientation, and is refused as such.
+            let length = key.orientation.iter().fold(0.0f64, |sum, x| sum.hypot(*x));
+            key.orientation = key.orientation.map(|x| x / length.max(f64::MIN_POSITIVE));
         }
         Ok(Self { begin_ms, keys, repeat })
     }
@@ -240,7 +261,7 @@ impl Trajectory {
         Pose {
             t_ms: now_ms,
             position: std::array::from_fn(|a| from.position[a] + since_s * velocity[a]),
-            orientation: from.orientation,
+            orientation: turned(from.orientation, to.orientation, since_s / length_s),
             velocity,
             acceleration: [0.0; 3],
         }
@@ -318,6 +339,32 @@ mod tests {
         assert_eq!(hull(1_000, 2_500), (5.0, 10.0));
         assert_eq!(hull(3_000, 4_000), (0.0, 5.0), "over the end of a round");
         assert_eq!(hull(700, 9_000), (0.0, 10.0));
+    }
+
+    #[test]
+    fn it_turns_evenly_the_shortest_way_between_keys() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let about_y = |orientation, t_ms| Key {
+            orientation,
+            ..key(t_ms, 0.0)
+        };
+        // A quarter turn about y, written as either of two quaternions; then there it stays.
+        for sign in [1.0, -1.0] {
+            let quarter = [0.0, sign * half, 0.0, sign * half].map(|x| 3.0 * x);
+            let keys = vec![about_y(UP, 0), about_y(quarter, 1_000), about_y(quarter, 2_000)];
+            let way = Trajectory::new(0, keys, false).unwrap();
+            for t_ms in [0, 250, 500, 900, 1_000, 1_500] {
+                let [x, y, z, w] = way.pose_at(t_ms).orientation;
+                let turned = 2.0 * y.atan2(w);
+                let expected = std::f64::consts::FRAC_PI_2 * (t_ms.min(1_000) as f64 * 1e-3);
+                let wrong = (turned - expected).sin();
+                assert!(
+                    x == 0.0 && z == 0.0 && wrong.abs() < 1e-9,
+                    "{turned} and not {expected} at {t_ms}"
+                );
+                assert!((y.hypot(w) - 1.0).abs() < 1e-9);
+            }
+        }
     }
 
     #[test]

@@ -5,16 +5,13 @@ mod plan;
 use std::sync::Arc;
 
 use belvedere_live::{
-    cells::{Hidden, distance_m},
+    cells::distance_m,
     event::{Event, Gone, Void},
     journal::replay::Replay,
     world::{Rules, Sent},
 };
-use belvedere_scene::{
-    Bounds, CellId, ObjectId,
-    foliage::{Foliage, FoliageSquare, Slab},
-};
-use plan::{SPEED_MPS, Stage};
+use belvedere_scene::foliage::{Foliage, FoliageSquare, Slab};
+use plan::{RADIUS_M, SPEED_MPS, Stage};
 
 #[test]
 fn two_in_one_room_hear_of_each_other_and_not_of_themselves() {
@@ -32,6 +29,35 @@ fn who_may_be_over_the_border_before_it_hears_is_told_what_is_seen_from_there() 
     stage.tick();
     assert!(!stage.seen_by(back).contains(&stage.avatar(b)));
     assert!(stage.seen_by(at_the_border).contains(&stage.avatar(b)));
+}
+
+#[test]
+fn who_goes_on_as_it_said_is_told_on_its_way_what_it_comes_to_see() {
+    let mut stage = Stage::rooms(8);
+    let (a, parked) = (stage.enter(0.4), stage.park(4.5));
+    stage.silence(500);
+    // It says so once: 2 m/s, so it comes to x = 2.5, a round trip before what sees into the mover's room, 1 s later.
+    stage.go(a, SPEED_MPS);
+    stage.silence(900);
+    assert_eq!(stage.seen_by(a), []);
+    stage.silence(400);
+    assert_eq!(stage.seen_by(a), [parked]);
+    // Nobody else goes on: it is where it was heard of last, and stands where that has led.
+    stage.silence(10_000);
+    assert_eq!(stage.seen_by(a), [parked]);
+    stage.state(a, [0.0; 3], [0.0; 3]);
+    stage.tick();
+    assert_eq!(stage.seen_by(a), []);
+}
+
+#[test]
+fn who_may_have_stopped_before_a_wall_is_still_told_what_is_seen_from_there() {
+    let mut stage = Stage::rooms(8);
+    let (a, behind) = (stage.enter(2.5), stage.park(1.5));
+    stage.silence(500);
+    stage.go(a, SPEED_MPS);
+    stage.silence(3_000);
+    assert_eq!(stage.seen_by(a), [behind]);
 }
 
 #[test]
@@ -125,7 +151,7 @@ fn deep_in_a_crowd_little_is_seen_and_told_less_often_and_a_few_people_are_no_cr
         let mut stage = Stage::hall(40);
         (0..people).for_each(|i| _ = stage.park(2.0 + 36.0 * f64::from(i) / f64::from(people)));
         let a = stage.enter(0.5);
-        stage.tick();
+        stage.silence(300);
         let told = stage.heard(a, "object-info").into_iter().map(|event| match event {
             Event::ObjectInfo(told) => told.moving.unwrap().attention,
             other => panic!("{other:?}"),
@@ -232,111 +258,6 @@ fn a_known_way_is_followed_without_anybody_saying_a_word() {
 }
 
 #[test]
-fn doors_are_told_to_whoever_comes_to_see_them() {
-    let mut stage = Stage::rooms(6);
-    let (near, far) = (stage.enter(0.5), stage.enter(5.5));
-    stage.door(0.5, false);
-    assert_eq!(
-        (stage.heard(near, "door").len(), stage.heard(far, "door").len()),
-        (1, 0)
-    );
-    stage.walk(far, 1.5, 2.0);
-    assert_eq!(stage.heard(far, "door").len(), 1);
-    stage.door(0.5, true);
-    assert_eq!(
-        (stage.heard(near, "door").len(), stage.heard(far, "door").len()),
-        (2, 2)
-    );
-}
-
-#[test]
-fn a_closed_door_hides_who_is_behind_it_within_a_tick_and_hushes_both() {
-    let mut stage = Stage::row(5, 4);
-    let (a, b) = (stage.enter(0.5), stage.enter(3.5));
-    stage.tick();
-    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
-    stage.gate(2, false);
-    stage.tick();
-    assert_eq!(stage.last_gone(a), Some((stage.avatar(b), Gone::Hidden)));
-    for session in [a, b] {
-        let told = stage.unread(session);
-        assert!(told.iter().any(|event| matches!(event, Event::Hush(_))), "{told:?}");
-    }
-    let infos = stage.count(a, "object-info");
-    stage.gate(2, true);
-    for session in [a, b] {
-        let told = stage.unread(session);
-        assert!(told.iter().any(|event| matches!(event, Event::Wake { .. })), "{told:?}");
-    }
-    stage.stand(b);
-    stage.tick();
-    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
-    assert_eq!(stage.count(a, "object-info"), infos, "its info was kept");
-}
-
-#[test]
-fn behind_two_closed_doors_one_that_opens_shows_nobody() {
-    let mut stage = Stage::row(5, 2);
-    let (a, b) = (stage.enter(1.4), stage.enter(3.6));
-    stage.gate(2, false);
-    stage.gate(3, false);
-    stage.tick();
-    let told = stage.count(a, "object-info");
-    for border in [2, 3, 2, 3] {
-        stage.gate(border, true);
-        stage.silence(500);
-        stage.gate(border, false);
-    }
-    assert_eq!((stage.seen_by(a), stage.count(a, "object-info")), (vec![], told));
-    stage.gate(2, true);
-    stage.gate(3, true);
-    stage.stand(b);
-    stage.tick();
-    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
-}
-
-#[test]
-fn an_answer_about_a_door_that_has_opened_since_is_void() {
-    let mut stage = Stage::rooms(4);
-    let (a, b) = (stage.enter(1.4), stage.enter(2.6));
-    stage.gate(2, false);
-    stage.gate(2, true);
-    stage.stand(b);
-    stage.tick();
-    let now_ms = stage.now_ms;
-    let hidden = Hidden {
-        cell: CellId(2),
-        behind: vec![vec![ObjectId(1_002)]],
-    };
-    stage.world.screen(CellId(1), &[ObjectId(1_002)], &[hidden], now_ms);
-    stage.tick();
-    assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
-}
-
-#[test]
-fn until_it_is_known_what_doors_hide_now_one_that_opens_shows_nobody_behind_another() {
-    let mut stage = Stage::row(5, 3);
-    let (a, near, far) = (stage.enter(1.4), stage.enter(2.5), stage.enter(3.6));
-    stage.gate(2, false);
-    stage.gate(3, false);
-    stage.tick();
-    assert_eq!(stage.seen_by(a), []);
-    let now_ms = stage.now_ms;
-    let gate = Bounds::around([[2.0, 0.5, 0.5]]);
-    stage.world.set_door(ObjectId(1_002), &gate, true, now_ms);
-    for session in [near, far] {
-        let sent = stage.sent(stage.x(session));
-        stage.world.pose(session, sent, now_ms).unwrap();
-    }
-    stage.world.tick(now_ms);
-    stage.listen_unanswered();
-    assert_eq!(stage.seen_by(a), [stage.avatar(near)]);
-    let asked = stage.world.unscreened();
-    let here = asked.iter().find(|asked| asked.cell == CellId(1)).unwrap();
-    assert_eq!(here.closed, [ObjectId(1_003)], "what the other hides is asked anew");
-}
-
-#[test]
 fn many_who_come_to_see_it_are_told_one_info_as_it_stands() {
     let mut stage = Stage::hall(2);
     let (a, b) = (stage.enter(0.5), stage.enter(0.6));
@@ -394,6 +315,37 @@ fn after_a_resync_everything_is_told_again() {
 }
 
 #[test]
+fn a_new_revision_voids_what_was_promised_and_says_so() {
+    let mut stage = Stage::rooms(60);
+    let (a, b) = (stage.enter(0.5), stage.enter(30.5));
+    stage.silence(1_000);
+    assert!(stage.stand(a).is_some() && stage.stand(b).is_some());
+    stage.publish();
+    assert_eq!([a, b].map(|session| stage.count(session, "wake")), [1, 1]);
+    // Who was woken is hushed again when nobody looks.
+    stage.tick();
+    let hushed = [a, b].map(|session| stage.count(session, "hush") > 0);
+    assert_eq!(hushed, [true; 2]);
+}
+
+#[test]
+fn what_moves_by_itself_is_told_of_before_it_comes_into_view_however_its_volumes_end() {
+    for begins in 0..40 {
+        let mut stage = Stage::rooms(9);
+        let a = stage.enter(0.4);
+        // 2 m/s towards the border of what is seen, at x = 2.
+        let from = 8.5 - 0.025 * f64::from(begins);
+        let tram = stage.tram(from, 0.5, (500.0 * (from - 0.5)) as i64);
+        let x = |ms: i64| from - SPEED_MPS * 1e-3 * ms as f64;
+        for ms in (100..3_500).step_by(100) {
+            stage.tick();
+            let soon = x(ms + 100) - RADIUS_M <= 2.0;
+            assert!(!soon || stage.seen_by(a) == [tram], "{ms} ms after {from}");
+        }
+    }
+}
+
+#[test]
 fn who_does_not_listen_is_told_nothing_and_wakes_nobody_and_is_told_all_when_it_does() {
     let mut stage = Stage::rooms(5);
     let (deaf, other) = (stage.enter(0.4), stage.enter(0.6));
@@ -424,27 +376,78 @@ fn who_does_not_listen_is_told_nothing_and_wakes_nobody_and_is_told_all_when_it_
 }
 
 #[test]
-fn who_stays_in_a_corner_is_silent_for_minutes_and_who_leaves_it_gets_a_larger_one() {
+fn what_stays_in_a_corner_is_silent_for_minutes_and_what_leaves_it_gets_a_larger_one() {
     let mut stage = Stage::rooms(60);
-    stage.enter(0.5);
-    let b = stage.enter(30.5);
-    let corner = stage.stand(b).expect("nobody can see b");
+    let owner = stage.enter(0.5);
+    let (b, corner) = stage.own(owner, 30.5);
+    let corner = corner.expect("nobody can see b");
+    let told = |stage: &mut Stage| {
+        let events = stage.unread(owner);
+        let of_b = |event: &&Event| match event {
+            Event::Wake { object } => *object == b,
+            Event::Hush(hush) => hush.object == b,
+            _ => false,
+        };
+        events.iter().filter(of_b).count()
+    };
     stage.silence(60_000);
-    assert_eq!(stage.count(b, "wake"), 0);
-    assert_eq!(stage.stand(b), Some(corner), "it lasts");
+    assert_eq!(stage.drive(b, 30.5, None), Some(corner), "it lasts");
     // Its owner knows when it ends, and speaks a tick before.
     stage.silence(corner.until_ms - stage.now_ms - 100);
-    assert_eq!(stage.count(b, "hush"), 0);
-    let again = stage.pose(b, 30.7).expect("nobody can see b");
-    assert_eq!(again.tbv, corner.tbv, "who has not left it may rely on it again");
+    assert_eq!(told(&mut stage), 0);
+    let again = stage.drive(b, 30.7, None).expect("nobody can see b");
+    assert_eq!(again.tbv, corner.tbv, "what has not left it may rely on it again");
     assert_eq!(again.until_ms, stage.now_ms + Rules::default().longest_tbv_ms);
-    let beyond = corner.tbv.center[0] + corner.tbv.radius_m + 0.5;
-    let larger = stage.walk(b, beyond, SPEED_MPS).expect("nobody can see b there either");
+    let (beyond, mut x) = (corner.tbv.center[0] + corner.tbv.radius_m + 0.5, 30.7);
+    let mut larger = None;
+    while x < beyond {
+        x = beyond.min(x + 0.1 * SPEED_MPS);
+        larger = stage.drive(b, x, None);
+        stage.tick();
+    }
+    let larger = larger.expect("nobody can see b there either");
     assert!(!corner.tbv.holds([beyond, 0.5, 0.5]) && larger.tbv.holds([beyond, 0.5, 0.5]));
     assert!(
         larger.tbv.radius_m > 1.5 * corner.tbv.radius_m,
         "{larger:?} after {corner:?}"
     );
+}
+
+#[test]
+fn who_stays_in_a_room_that_nobody_looks_into_says_nothing_for_minutes() {
+    let mut stage = Stage::rooms(60);
+    stage.enter(0.5);
+    let b = stage.enter(30.5);
+    let room = stage.stand(b).expect("nobody can see b");
+    stage.silence(600_000);
+    assert_eq!(stage.count(b, "wake"), 0);
+    assert_eq!(stage.stand(b), Some(room), "it lasts");
+}
+
+#[test]
+fn who_need_not_speak_is_told_of_all_that_is_seen_from_wherever_it_may_go() {
+    let mut promised = 0;
+    for tenths in 65..135 {
+        let mut stage = Stage::rooms(20);
+        let walker = stage.enter(0.1 * f64::from(tenths));
+        let others: Vec<_> = (0..20).map(|room| stage.park(f64::from(room) + 0.5)).collect();
+        stage.tick();
+        // Where it is, and then where it may go, which it says though it need not.
+        for _ in 0..3 {
+            let Some(hush) = stage.stand(walker) else { break };
+            promised += 1;
+            stage.tick();
+            let ends = [-1.0, 1.0].map(|side| hush.tbv.center[0] + side * hush.tbv.radius_m);
+            for room in ends.map(|end| end.floor() as usize) {
+                for there in &others[room - 1..=room + 1] {
+                    assert!(stage.seen_by(walker).contains(there), "{there} from {hush:?}");
+                }
+            }
+            stage.pose(walker, ends[1] - 0.05);
+            stage.tick();
+        }
+    }
+    assert_eq!(promised, 3 * 70);
 }
 
 #[test]
@@ -574,4 +577,24 @@ fn who_is_cut_off_counts_by_its_last_pose_at_once_and_hears_that_its_promise_has
     stage.reach(b, false);
     stage.tick();
     assert_eq!(stage.seen_by(a), [stage.avatar(b)]);
+}
+
+#[test]
+fn a_giant_that_has_gone_is_looked_for_no_more() {
+    let mut stage = Stage::hall(40);
+    let a = stage.enter(0.5);
+    stage.set_aoi(a, 2.0, 3.0);
+    let small = stage.enter(30.5);
+    stage.set_aoi(small, 2.0, 3.0);
+    stage.silence(2_000);
+    assert!(stage.stand(small).is_some(), "nobody is near");
+    let giant = stage.mover(20.5, 1_000.0, None);
+    stage.silence(500);
+    assert!(
+        stage.stand(small).is_none(),
+        "a tick takes it beyond the border of where somebody looks"
+    );
+    stage.world.destroy(giant, stage.now_ms);
+    stage.silence(2_000);
+    assert!(stage.stand(small).is_some(), "nobody is near again");
 }

@@ -26,6 +26,23 @@ impl Bounds {
             .fold(Self::EMPTY, |bounds, p| bounds.union(&Self { min: p, max: p }))
     }
 
+    /// The smallest box around it whose corners are in single precision: it holds what is in it when that is rounded so, too.
+    #[must_use]
+    pub fn in_single(&self) -> Self {
+        let below = |along: f64| {
+            let single = along as f32;
+            f64::from(if f64::from(single) > along {
+                single.next_down()
+            } else {
+                single
+            })
+        };
+        Self {
+            min: self.min.map(below),
+            max: self.max.map(|along| -below(-along)),
+        }
+    }
+
     /// Whether there is no point in it.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -121,6 +121,23 @@ impl BlobHash {
     }
 }
 
+/// A [`BlobHash`] of bytes that come piece by piece.
+#[derive(Debug, Clone, Default)]
+pub struct BlobHasher(Sha256);
+
+impl BlobHasher {
+    /// Takes in what comes next.
+    pub fn update(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// Names all that was taken in.
+    #[must_use]
+    pub fn finish(self) -> BlobHash {
+        BlobHash(self.0.finalize().into())
+    }
+}
+
 /// What each character is worth as a hex digit; more than 15 when it is none.
 const DIGITS: [u8; 256] = {
     let mut digits = [u8::MAX; 256];

@@ -18,6 +18,7 @@
 //! * [`population`]: where grown models stand, in few bytes, for clients that grow rules themselves.
 //! * [`impostor`]: pictures that stand for a model from far away, and which of them an eye needs.
 //! * [`rung`]: the slices in which a smooth LOD is fetched, and what an object info says of them.
+//! * [`bundle`]: many small objects, rungs and slices in one answer.
 //! * [`foliage`]: where leaves hide a share of what is behind them.
 //! * [`record`]: what is visible from one view cell; a compact binary form and a JSON twin.
 //! * [`mod@start`]: all that one needs to know first in a cell where one may begin.
@@ -25,6 +26,7 @@
 //! `docs/FORMAT.md` specifies all of it to the byte.
 
 pub mod bounds;
+pub mod bundle;
 pub mod convex;
 pub mod foliage;
 pub mod id;
@@ -38,8 +40,9 @@ pub mod procedural;
 pub mod record;
 pub mod rung;
 pub mod smooth;
+mod sound;
 pub mod start;
 pub mod walk;
 
 pub use bounds::Bounds;
-pub use id::{BlobHash, BlobName, CellId, IdError, ModelId, ObjectId, Revision, SceneName};
+pub use id::{BlobHash, BlobHasher, BlobName, CellId, IdError, ModelId, ObjectId, Revision, SceneName};

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{BlobName, Bounds, ModelId, ObjectId, impostor::Impostor, rung::SmoothLod};
+use crate::{BlobName, Bounds, ModelId, ObjectId, impostor::Impostor, rung::SmoothLod, sound};
 
 /// One discrete level of detail of a model. Level 0 is the finest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,15 +73,16 @@ pub fn switch_distance_m(geometric_error_m: f64) -> f64 {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Model {
     /// Finest first; never empty.
+    #[serde(deserialize_with = "sound::read_levels")]
     pub levels: Vec<Level>,
     /// The same in one stream of which every beginning is a coarser mesh, where that pays.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "sound::read")]
     pub smooth: Option<SmoothLod>,
     /// Pictures of it for far away, where its author asks for them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "sound::read")]
     pub impostor: Option<Impostor>,
     /// The rules that it has grown from, where it can be grown alone: for clients that know the language.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "sound::read")]
     pub procedural: Option<Procedural>,
 }
 
@@ -153,6 +154,7 @@ pub struct ObjectChunk {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ModelChunk {
     /// Ids without gaps.
+    #[serde(deserialize_with = "sound::read_models")]
     pub models: BTreeMap<ModelId, Model>,
 }
 
@@ -162,6 +164,7 @@ pub struct Whole {
     /// With rising ids, without gaps.
     pub objects: Vec<ObjectEntry>,
     /// Every model that they use.
+    #[serde(deserialize_with = "sound::read_models")]
     pub models: BTreeMap<ModelId, Model>,
 }
 
@@ -192,6 +195,7 @@ pub struct ObjectInfo {
     /// The geometry.
     pub model: Option<ModelId>,
     /// The rules that the geometry has grown from; null where there are none, or it cannot be grown alone.
+    #[serde(default, deserialize_with = "sound::read")]
     pub procedural: Option<Procedural>,
     /// Whether it may move.
     pub mover: bool,
@@ -199,11 +203,13 @@ pub struct ObjectInfo {
     #[serde(default)]
     pub door: bool,
     /// Its levels, finest first, errors and distances in metres.
+    #[serde(deserialize_with = "sound::read")]
     pub levels: Vec<Level>,
     /// Its smooth LOD, errors in metres; null where there is none.
+    #[serde(default, deserialize_with = "sound::read")]
     pub smooth: Option<SmoothLod>,
     /// Its impostor, errors and distances in metres, middle and radius in the model's space; absent where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "sound::read")]
     pub impostor: Option<Impostor>,
 }
 

@@ -105,7 +105,7 @@ pub enum PopulationError {
     /// Its head is no JSON with the members that it should have.
     #[error("the head of a population: {0}")]
     Head(String),
-    /// A member names a recipe, or a recipe rules, that are not there, or is nowhere.
+    /// A member names a recipe, or a recipe rules, that are not there; or a member is nowhere, or no object of its run.
     #[error("{0} of a population is not sound")]
     Unsound(&'static str),
 }
@@ -183,11 +183,11 @@ impl Population {
         bytes
     }
 
-    /// The population that these bytes are, of objects with ids from `first` on.
+    /// The population that these bytes are, of some of `count` objects with ids from `first` on, as the index says.
     ///
     /// # Errors
     /// When they are none.
-    pub fn decode(bytes: &[u8], first: ObjectId) -> Result<Self, PopulationError> {
+    pub fn decode(bytes: &[u8], first: ObjectId, count: u32) -> Result<Self, PopulationError> {
         let front = bytes.first_chunk::<FRONT_BYTES>().ok_or(PopulationError::Version)?;
         if !front.starts_with(MAGIC) || front[4..6] != VERSION.to_le_bytes() {
             return Err(PopulationError::Version);
@@ -206,7 +206,7 @@ impl Population {
             return Err(wrong_length(arrays_at.saturating_add(expected)));
         }
         let population = Self {
-            members: members(&head, arrays, first)?,
+            members: members(&head, arrays, first, count)?,
             rules: head.rules,
             recipes: head.recipes,
         };
@@ -219,7 +219,7 @@ impl Population {
 }
 
 /// Reads the arrays, whose length is right.
-fn members(head: &Head, arrays: &[u8], first: ObjectId) -> Result<Vec<Member>, PopulationError> {
+fn members(head: &Head, arrays: &[u8], first: ObjectId, run: u32) -> Result<Vec<Member>, PopulationError> {
     let count = head.count;
     let [positions, scales, rotations, recipes] = [12, 16, 24, 26].map(|bytes| bytes * count);
     let float = |at: usize| f64::from(f32::from_le_bytes([0, 1, 2, 3].map(|i| arrays[at + i])));
@@ -243,6 +243,7 @@ fn members(head: &Head, arrays: &[u8], first: ObjectId) -> Result<Vec<Member>, P
             && member.scale.is_finite()
             && numbers.into_iter().all(f64::is_finite)
             && member.recipe < head.recipes.len()
+            && member.object.0 - first.0 < run
     };
     if !members.iter().all(is_sound) || !members.is_sorted_by(|a, b| a.object < b.object) {
         return Err(PopulationError::Unsound("a member"));
@@ -322,7 +323,7 @@ mod tests {
     fn what_is_written_is_read_again() {
         let village = village();
         let bytes = village.encode(ObjectId(64));
-        let read = Population::decode(&bytes, ObjectId(64)).unwrap();
+        let read = Population::decode(&bytes, ObjectId(64), 36).unwrap();
         assert_eq!((&read.rules, &read.recipes), (&village.rules, &village.recipes));
         assert_eq!(read.procedural(1).unwrap().imports.len(), 1);
         assert_eq!(read.members.len(), 3);
@@ -333,25 +334,31 @@ mod tests {
             }
         }
         let nobody = Population::default();
-        assert_eq!(Population::decode(&nobody.encode(ObjectId(5)), ObjectId(5)), Ok(nobody));
+        assert_eq!(
+            Population::decode(&nobody.encode(ObjectId(5)), ObjectId(5), 0),
+            Ok(nobody)
+        );
     }
 
     #[test]
     fn damage_is_an_error_and_never_a_panic() {
         let bytes = village().encode(ObjectId(64));
         for end in 0..bytes.len() {
-            assert!(Population::decode(&bytes[..end], ObjectId(64)).is_err(), "cut to {end}");
+            assert!(
+                Population::decode(&bytes[..end], ObjectId(64), 36).is_err(),
+                "cut to {end}"
+            );
         }
         let longer = [&bytes[..], &[0]].concat();
         assert!(matches!(
-            Population::decode(&longer, ObjectId(64)),
+            Population::decode(&longer, ObjectId(64), 36),
             Err(PopulationError::Length { .. })
         ));
         for at in 0..bytes.len() {
             for bit in 0..8 {
                 let mut wrong = bytes.clone();
                 wrong[at] ^= 1 << bit;
-                if let Ok(read) = Population::decode(&wrong, ObjectId(64)) {
+                if let Ok(read) = Population::decode(&wrong, ObjectId(64), 36) {
                     assert!(
                         read.members
                             .iter()
@@ -362,11 +369,14 @@ mod tests {
         }
         let mut nowhere = village();
         nowhere.members[1].rotation = [0.0; 4];
-        let refused = Population::decode(&nowhere.encode(ObjectId(64)), ObjectId(64));
+        let refused = Population::decode(&nowhere.encode(ObjectId(64)), ObjectId(64), 36);
         assert_eq!(refused, Err(PopulationError::Unsound("a member")));
+        // The last of them is o99.
+        let beyond = Population::decode(&village().encode(ObjectId(64)), ObjectId(64), 35);
+        assert_eq!(beyond, Err(PopulationError::Unsound("a member")));
         let mut unknown = village();
         unknown.recipes[1].rules = 1;
-        let refused = Population::decode(&unknown.encode(ObjectId(64)), ObjectId(64));
+        let refused = Population::decode(&unknown.encode(ObjectId(64)), ObjectId(64), 36);
         assert_eq!(refused, Err(PopulationError::Unsound("a recipe")));
     }
 }

@@ -1,5 +1,5 @@
 //! Do Rust and TypeScript find the same views of an impostor? `tests/golden/impostors.json` holds directions and what is
-//! found for them; `viewer/core/impostors.test.ts` reads the same file. `make bless` writes it.
+//! found for them; `viewer/core/documents/impostors.test.ts` reads the same file. `make bless` writes it.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
 

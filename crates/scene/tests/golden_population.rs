@@ -1,5 +1,5 @@
 //! Do Rust and TypeScript read the same of a population? `tests/golden/population/village.pop` is one, `village.json` what it
-//! says; `viewer/core/population.test.ts` reads both. `make bless` writes them.
+//! says; `viewer/core/documents/population.test.ts` reads both. `make bless` writes them.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
 
@@ -75,7 +75,7 @@ fn village() -> Population {
 #[test]
 fn a_population_is_written_as_it_was_and_says_what_it_said() {
     let bytes = village().encode(FIRST);
-    let read = Population::decode(&bytes, FIRST).unwrap();
+    let read = Population::decode(&bytes, FIRST, 256).unwrap();
     let members = read.members.iter().map(|member| {
         let procedural = read.procedural(member.recipe).unwrap();
         let recipe = &read.recipes[member.recipe];

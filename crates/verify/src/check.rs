@@ -25,9 +25,11 @@ use crate::{
     sight::{Doubt, point_seen},
 };
 
+mod closely;
 mod outcome;
 
 pub use self::outcome::{Miss, Outcome, Tightness};
+use closely::look_closely;
 use outcome::summary;
 
 /// Misses are measured on cube faces of so many pixels a side.
@@ -180,7 +182,7 @@ pub(crate) fn look_from(
     let eyes: Vec<_> = eyes
         .flat_map(|(number, situation)| situation.eyes.iter().map(move |eye| (number, *eye)))
         .collect();
-    let views: Vec<View> = eyes
+    let mut views: Vec<View> = eyes
         .par_iter()
         .map_init(
             || Cube::new(size_px),
@@ -197,6 +199,7 @@ pub(crate) fn look_from(
             },
         )
         .collect();
+    look_closely(scene, situations, &mut views, size_px);
     let fine = measured_finely(scene, situations, &views, size_px);
     summary(situations, &views, &fine, size_px)
 }
@@ -204,19 +207,33 @@ pub(crate) fn look_from(
 /// What an eye sees of what is expected, and what else.
 fn look(scene: &Scene, situation: &Situation<'_>, eye: Eye, cube: &mut Cube) -> (Vec<u32>, Vec<Claim>) {
     let scene = &scene.with_closed(&situation.closed);
-    let expected = situation.cell.expected(scene);
-    cube.draw(scene, eye.position, &expected);
+    let expected = drawn(scene, situation, eye, cube);
     let shown = cube.pixels().iter().zip(&expected).enumerate();
     let seen = shown
         .filter(|(_, (pixels, expected))| **pixels > 0 && **expected)
         .map(|(object, _)| object as u32);
-    (seen.collect(), claims(scene, eye.position, cube))
+    let most = |objects: usize| (RAYS_A_VIEW / objects.max(1)).clamp(1, RAYS_A_CLAIM);
+    (seen.collect(), claims(scene, eye.position, cube, |_| true, most))
 }
 
-/// The unexpected objects of a view, confirmed as far as they can be.
-fn claims(scene: &Scene, eye: DVec3, cube: &Cube) -> Vec<Claim> {
-    let by_object: Vec<&[Sighting]> = cube.unexpected().chunk_by(|a, b| a.object == b.object).collect();
-    let most = (RAYS_A_VIEW / by_object.len().max(1)).clamp(1, RAYS_A_CLAIM);
+/// Draws what an eye sees in a scene whose doors are as they are; says of each object whether it is expected.
+fn drawn(scene: &Scene, situation: &Situation<'_>, eye: Eye, cube: &mut Cube) -> Vec<bool> {
+    let expected = situation.cell.expected(scene);
+    cube.draw(scene, eye.position, &expected);
+    expected
+}
+
+/// Some of the unexpected objects of a view, confirmed as far as they can be, each by at most so many rays if they are so many.
+fn claims(
+    scene: &Scene,
+    eye: DVec3,
+    cube: &Cube,
+    asked: impl Fn(u32) -> bool,
+    most: impl Fn(usize) -> usize,
+) -> Vec<Claim> {
+    let by_object = cube.unexpected().chunk_by(|a, b| a.object == b.object);
+    let by_object: Vec<&[Sighting]> = by_object.filter(|sightings| asked(sightings[0].object)).collect();
+    let most = most(by_object.len());
     let doors = scene.closed().iter().filter(|_| !by_object.is_empty());
     let leaves: Vec<_> = doors.filter_map(|door| Leaf::of(scene, *door)).collect();
     let gaps: Vec<_> = leaves.iter().map(|leaf| leaf.gap(scene)).collect();

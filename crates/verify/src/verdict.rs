@@ -1,7 +1,7 @@
 //! Is what came out good enough?
 //!
 //! A set that is called conservative may miss nothing at all. A sampled one may miss at most one pixel in ten thousand,
-//! and no object that covers more than four pixels of a cube face of 1024² pixels.
+//! and no object that covers more than four pixels of a cube face of 1024² pixels. Eyes that saw nothing prove nothing.
 
 use crate::check::{FINE_PX, Outcome};
 
@@ -14,6 +14,12 @@ pub const PIXELS: u64 = 4;
 #[must_use]
 pub fn failures(outcome: &Outcome) -> Vec<String> {
     let mut failures = Vec::new();
+    if outcome.eyes > 0 && outcome.pixels == 0 {
+        failures.push(
+            "no eye saw a pixel of anything, which proves nothing: larger pictures (`--size`) show what is small or far away"
+                .to_owned(),
+        );
+    }
     let promised = outcome.misses.iter().filter(|miss| miss.conservative).count();
     if promised > 0 {
         failures.push(format!(
@@ -75,6 +81,15 @@ mod tests {
         assert_eq!(failures(&outcome(5, false, 100)).len(), 1);
         assert_eq!(failures(&outcome(4, false, 101)).len(), 1);
         assert_eq!(failures(&outcome(1, true, 1)).len(), 1);
-        assert!(failures(&Outcome::default()).is_empty());
+    }
+
+    #[test]
+    fn eyes_that_saw_nothing_prove_nothing_and_where_nobody_looked_there_is_nothing_to_prove() {
+        let blind = Outcome {
+            eyes: 3,
+            ..Outcome::default()
+        };
+        assert!(failures(&blind)[0].contains("--size"), "{:?}", failures(&blind));
+        assert_eq!(failures(&Outcome::default()), [""; 0]);
     }
 }

@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_live::{
     Ms,
     aoi::Aoi,
-    cells::{Ball, Cells},
+    cells::Cells,
     event::SessionId,
     journal::{Ground, Input},
     pace::Bucket,
-    world::{NewMover, Rules},
+    world::{NewMover, ROOM, Rules},
 };
 use belvedere_scene::{Bounds, CellId, ObjectId, Revision};
 
@@ -50,6 +50,8 @@ pub(super) struct Person {
     pub(super) doors: BTreeMap<ObjectId, bool>,
     /// What it may be told of poses.
     pub(super) bytes: Bucket,
+    /// So many infos it may still be told before its reader has taken some.
+    pub(super) room: usize,
     /// Where it may look from, and since when that is so.
     pub(super) eyes: (Vec<CellId>, Ms),
 }
@@ -71,6 +73,7 @@ impl Person {
 
     /// What it was told before is void.
     pub(super) fn forget(&mut self) {
+        self.room = ROOM;
         self.shown.clear();
         self.doors.clear();
     }
@@ -118,6 +121,7 @@ impl Account {
                     shown: BTreeMap::new(),
                     doors: BTreeMap::new(),
                     bytes: Bucket::full(self.rules.bytes_per_s, self.rules.bytes_per_s, now_ms),
+                    room: ROOM,
                     eyes: (Vec::new(), now_ms),
                 };
                 self.people.insert(*session, person);
@@ -190,14 +194,29 @@ impl Account {
                     person.forget();
                 }
             }
+            Input::Room { session } => {
+                if let Some(person) = self.people.get_mut(session) {
+                    person.room = ROOM;
+                }
+            }
+            // Whoever goes on looks from elsewhere by now.
+            Input::Tick => {
+                let everybody: Vec<_> = self.people.keys().copied().collect();
+                everybody.into_iter().for_each(|session| self.look(session, now_ms));
+            }
             Input::Begin { .. }
             | Input::Teach { .. }
             | Input::Screen { .. }
             | Input::Resync { .. }
             | Input::WatchAbroad { .. }
-            | Input::Wakeable { .. }
-            | Input::Tick => {}
+            | Input::Wakeable { .. } => {}
         }
+    }
+
+    /// Where somebody goes is known when it is known to this time since when: it comes less far meanwhile than it may before an event
+    /// arrives.
+    pub(super) fn known_within_ms(&self) -> Ms {
+        self.rules.round_trip_ms - self.rules.tick_ms
     }
 
     /// Doors that are closed.
@@ -214,11 +233,7 @@ impl Account {
             return;
         };
         let time_ms = self.rules.round_trip_ms + 2 * self.rules.tick_ms;
-        let ball = Ball {
-            center: avatar.position(now_ms),
-            radius_m: avatar.reach_in_m(time_ms),
-        };
-        let eyes = self.cells.under(&ball);
+        let eyes = avatar.eyes(&self.cells, now_ms, avatar.reach_in_m(time_ms));
         if eyes != person.eyes.0 {
             person.eyes = (eyes, now_ms);
         }

@@ -146,20 +146,22 @@ fn is_in_view(
     let Some(avatar) = account.movers.get(&person.avatar) else {
         return false;
     };
-    let eye = avatar.position(now_ms);
     let near_m = person.aoi.enter_m - avatar.ball(now_ms, account.rules.tick_ms).radius_m;
     let others = account.closed().filter(|(other, _)| *other != object);
     let others: Vec<_> = others.map(|(_, door)| door.bounds).collect();
     let thin_m = door.bounds.size_m().into_iter().fold(f64::INFINITY, f64::min);
-    let shows = |place: [f64; 3]| {
-        distance_m(eye, place) < near_m
+    let shows = |eye: [f64; 3], place: [f64; 3]| {
+        distance_m(avatar.position(now_ms), place) < near_m
             && account.is_in_a_cell(place)
             && sights.in_plain_view(eye, place, PLAIN_M.min(0.4 * thin_m), &others)
     };
     let places = ALONG
         .into_iter()
         .flat_map(|x| ALONG.into_iter().flat_map(move |y| ALONG.map(|z| [x, y, z])));
-    account.is_in_a_cell(eye) && places.map(|share| within(&door.bounds, share)).any(shows)
+    let places = places.map(|share| within(&door.bounds, share));
+    let stands = avatar.stands(now_ms, account.known_within_ms()).into_iter();
+    let mut eyes = stands.filter(|eye| account.is_in_a_cell(*eye));
+    eyes.any(|eye| places.clone().any(|place| shows(eye, place)))
 }
 
 fn within(bounds: &Bounds, share: [f64; 3]) -> [f64; 3] {

@@ -1,7 +1,7 @@
 //! What may be told of a pose that has come in, and where does it lead? From the pose and the time at which it came alone.
 //!
 //! When a pose was true its sender says in a clock of its own, of which only differences count. It was on its way for at least as long
-//! as the fastest so far, and came when it came: between these two it was true. Between poses a mover is where the stated velocity and
+//! as the fastest of the last few seconds, and came when it came: between these two it was true. Between poses a mover is where the stated velocity and
 //! acceleration lead, as far as they keep to what was promised; where no velocity was stated it may be anywhere that it comes straight
 //! on in the direction of its last step. So what is held against this is excused by what nobody could know, and by no more.
 
@@ -12,14 +12,14 @@ use belvedere_live::{
     world::{MOST_ACCELERATION_MPS2, SLACK, Sent},
 };
 
+use super::clock::Clock;
+
 /// A velocity that nobody stated is taken for true for so long, with a few ticks for what comes late.
 pub(super) const ESTIMATE_LASTS_MS: Ms = 1_500;
-/// A clock that goes back by more than this was set anew.
-const SET_BACK_MS: Ms = 60_000;
-/// Clocks are read to the millisecond.
-const CLOCK_MS: Ms = 2;
 /// Numbers that are further apart than this share of them are not the same.
 const SAME: f64 = 1e-9;
+/// A share is found by halving the range of what it may be so often.
+const HALVINGS: u32 = 60;
 /// A curve is taken for so many straight lines.
 const PIECES: u32 = 8;
 
@@ -45,28 +45,6 @@ pub(super) struct Heard {
 pub(super) struct Promise {
     pub(super) max_speed_mps: f64,
     pub(super) max_acceleration_mps2: Option<f64>,
-}
-
-/// A sender's clock.
-#[derive(Debug, Clone, Copy, Default)]
-struct Clock {
-    /// The last time, and how far our clock is ahead at least.
-    read: Option<(Ms, Ms)>,
-}
-
-impl Clock {
-    /// When something was true at the earliest, in our clock, that comes now.
-    fn earliest_ms(&mut self, t_ms: Option<Ms>, now_ms: Ms) -> Ms {
-        let Some(t_ms) = t_ms else {
-            return now_ms - CLOCK_MS;
-        };
-        let ahead_ms = match self.read {
-            Some((last_ms, ahead_ms)) if t_ms >= last_ms - SET_BACK_MS => ahead_ms.min(now_ms - t_ms),
-            _ => now_ms - t_ms,
-        };
-        self.read = Some((t_ms, ahead_ms));
-        t_ms + ahead_ms - CLOCK_MS
-    }
 }
 
 impl Heard {
@@ -117,7 +95,7 @@ impl Heard {
             Some(("it cannot have been true then", None))
         } else if !self.may_go(told.velocity) {
             Some(("another velocity came in", None))
-        } else if !same(&told.acceleration, &self.acceleration) && told.acceleration != [0.0; 3] {
+        } else if !same(&told.acceleration, &self.held(told.velocity)) && told.acceleration != [0.0; 3] {
             Some(("another acceleration came in", None))
         } else {
             None
@@ -136,15 +114,12 @@ impl Heard {
     pub(super) fn off_m(&self, place: [f64; 3], now_ms: Ms) -> f64 {
         let since = |from_ms: Ms, most_ms: Ms| (now_ms - from_ms).clamp(0, most_ms) as f64 * 1e-3;
         let at = self.sent.position;
-        let along = |velocity: [f64; 3], t_s: f64| -> [f64; 3] {
-            std::array::from_fn(|axis| at[axis] + t_s * (velocity[axis] + 0.5 * t_s * self.acceleration[axis]))
-        };
         if let Some(velocity) = self.velocity {
             let [least_s, most_s] =
                 [self.latest_ms, self.earliest_ms].map(|from_ms| since(from_ms, LONGEST_EXTRAPOLATION_MS));
             let pieces = if self.acceleration == [0.0; 3] { 1 } else { PIECES };
             let points = (0..=pieces).map(|i| least_s + (most_s - least_s) * f64::from(i) / f64::from(pieces));
-            let points: Vec<_> = points.map(|t_s| along(velocity, t_s)).collect();
+            let points: Vec<_> = points.map(|t_s| self.along(velocity, t_s)).collect();
             let lines = points.windows(2).map(|line| from_line_m(place, line[0], line[1]));
             return lines.fold(f64::INFINITY, f64::min);
         }
@@ -152,13 +127,62 @@ impl Heard {
             return distance_m(place, at);
         }
         let t_s = since(self.earliest_ms, ESTIMATE_LASTS_MS);
-        let reach_m = self.most_mps * t_s + 0.5 * norm(&self.acceleration) * t_s * t_s;
+        let reach_m = self.most_mps * t_s;
         if self.at_once || self.acceleration != [0.0; 3] {
             return (distance_m(place, at) - reach_m).max(0.0);
         }
         let way = limited(self.step.map(|x| x / norm(&self.step).max(f64::MIN_POSITIVE)), 1.0);
         let end = std::array::from_fn(|axis| at[axis] + reach_m * way[axis]);
         from_line_m(place, at, end)
+    }
+
+    /// Where that leads from its place.
+    fn along(&self, velocity: [f64; 3], t_s: f64) -> [f64; 3] {
+        let acceleration = self.held(velocity);
+        std::array::from_fn(|axis| self.sent.position[axis] + t_s * (velocity[axis] + 0.5 * t_s * acceleration[axis]))
+    }
+
+    /// The share of the acceleration that leads from this velocity to no higher speed than was promised, for as long as others extrapolate.
+    fn held(&self, velocity: [f64; 3]) -> [f64; 3] {
+        let lasts_s = LONGEST_EXTRAPOLATION_MS as f64 * 1e-3;
+        let keeps = |share: f64| {
+            let at: [f64; 3] = std::array::from_fn(|axis| velocity[axis] + lasts_s * share * self.acceleration[axis]);
+            norm(&at) <= self.most_mps
+        };
+        if keeps(1.0) {
+            return self.acceleration;
+        }
+        let (mut least, mut most) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (least + most);
+            *(if keeps(middle) { &mut least } else { &mut most }) = middle;
+        }
+        self.acceleration.map(|x| least * x)
+    }
+
+    /// How it goes on as it said, if it did.
+    fn goes_on(&self) -> Option<[f64; 3]> {
+        let moves = |velocity: &[f64; 3]| *velocity != [0.0; 3] || self.acceleration != [0.0; 3];
+        self.velocity.filter(moves)
+    }
+
+    /// What it has passed since, up to where it is now at the furthest, if it goes on as it said; else the place where it said that it is.
+    pub(super) fn passes(&self, now_ms: Ms) -> Vec<[f64; 3]> {
+        let Some(velocity) = self.goes_on() else {
+            return vec![self.sent.position];
+        };
+        let since_s = (now_ms - self.earliest_ms).clamp(0, LONGEST_EXTRAPOLATION_MS) as f64 * 1e-3;
+        let times = (0..=PIECES).map(|i| since_s * f64::from(i) / f64::from(PIECES));
+        times.map(|t_s| self.along(velocity, t_s)).collect()
+    }
+
+    /// Where it is now if it goes on as it said; none when it never said so, or when it is not known to this time since when it does.
+    pub(super) fn comes_to(&self, now_ms: Ms, within_ms: Ms) -> Option<[f64; 3]> {
+        let velocity = self
+            .goes_on()
+            .filter(|_| self.latest_ms - self.earliest_ms <= within_ms)?;
+        let since_s = (now_ms - self.latest_ms).clamp(0, LONGEST_EXTRAPOLATION_MS) as f64 * 1e-3;
+        Some(self.along(velocity, since_s))
     }
 
     /// How it stands.
@@ -266,6 +290,24 @@ mod tests {
     }
 
     #[test]
+    fn a_promise_limits_what_an_acceleration_leads_to() {
+        let fast = Sent {
+            acceleration: Some([0.0, 0.0, 5_000.0]),
+            ..sent(0, 0.0, Some(0.0))
+        };
+        let heard = Heard::first(&fast, PROMISE, 1_000);
+        let told = |acceleration| Pose {
+            acceleration: [0.0, 0.0, acceleration],
+            ..told(1_000, 0.0, 0.0)
+        };
+        // In two seconds from standing still.
+        assert_eq!(heard.belies(&told(SLACK)), None);
+        assert!(heard.belies(&told(5_000.0)).is_some() && heard.belies(&told(1.1 * SLACK)).is_some());
+        assert!(heard.off_m([0.0, 0.0, 2.0 * SLACK], 60_000) < 1e-6);
+        assert!((heard.off_m([0.0, 0.0, 10_000.0], 60_000) - 10_000.0).abs() < 3.0);
+    }
+
+    #[test]
     fn a_stated_velocity_leads_somewhere_and_a_guessed_one_straight_on_for_a_while() {
         let (stated, guessed) = (heard(Some(1.0)), heard(None));
         let off = |heard: &Heard, place: [f64; 3], now_ms| (heard.off_m(place, now_ms) * 1e3).round() as i64;
@@ -277,6 +319,22 @@ mod tests {
         assert_eq!(off(&guessed, [0.1, 0.0, 0.0], 2_130), 0);
         assert_eq!(off(&guessed, [1.5, 0.3, 0.0], 2_130), 300);
         assert_eq!(off(&guessed, [1.1, 0.0, 0.0], 3_000), 1_000, "it stands there again");
+    }
+
+    #[test]
+    fn who_said_that_it_goes_on_passes_what_lies_before_it_and_all_others_stay() {
+        let (stated, guessed) = (heard(Some(1.0)), heard(None));
+        let last = |heard: &Heard, now_ms| heard.passes(now_ms).last().unwrap()[0];
+        assert!((last(&stated, 2_130) - 1.132).abs() < 1e-9, "for 1.032 s at most");
+        assert!((last(&stated, 60_000) - 2.1).abs() < 1e-9, "for two seconds");
+        assert_eq!(guessed.passes(2_130), [[0.1, 0.0, 0.0]]);
+        assert!((stated.comes_to(2_130, 50).unwrap()[0] - 1.1).abs() < 1e-9);
+        assert_eq!(
+            stated.comes_to(2_130, 20),
+            None,
+            "it was under way for 30 ms, or not at all"
+        );
+        assert_eq!(guessed.comes_to(2_130, 50), None);
     }
 
     #[test]

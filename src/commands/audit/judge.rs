@@ -7,7 +7,9 @@
 //!
 //! A *miss*: a mover is in plain view of a participant, well inside the area of interest, and for a few ticks on end the
 //! session was not told of it. (Doors are asked for alike, in [`doors`](super::doors).) Who says nothing is where it said last: that is what others are to be told until it speaks. Whom a
-//! crowd hides is no miss where the rules leave such people out ([`crowd`](super::crowd)), and counted apart.
+//! crowd hides is no miss where the rules leave such people out ([`crowd`](super::crowd)), and counted apart. Nor is one as long as the
+//! session has been told so many infos that it waits for its stream; these are counted apart too, and when there is room again,
+//! the time goes on that they had waited before.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,6 +24,7 @@ use super::{
     crowd::Press,
     poses::Untrue,
     sights::Sights,
+    suspect::Suspect,
     telling::{Astray, Telling, Wrong},
 };
 
@@ -69,8 +72,10 @@ pub(super) struct Judge {
     pub(super) untold: u64,
     /// Pairs of these that were in view but for the crowd between them, which the rules let be left out.
     pub(super) culled: u64,
-    /// In plain view and not told of, since when.
-    suspects: BTreeMap<(SessionId, ObjectId), Ms>,
+    /// Pairs of these that were in view while the session waited for its stream.
+    pub(super) waiting: u64,
+    /// In plain view and not told of.
+    suspects: BTreeMap<(SessionId, ObjectId), Suspect>,
     /// Doors in plain view that are taken to stand otherwise than they do, since when.
     pub(super) door_suspects: BTreeMap<(SessionId, ObjectId), Ms>,
     ticks: u64,
@@ -135,8 +140,12 @@ impl Judge {
             self.culled += seen.len() as u64;
             account.leave_out(session, &mut seen, now_ms);
             self.culled -= seen.len() as u64;
+            if !account.has_room(session) {
+                self.waiting += seen.len() as u64;
+            }
             for object in seen {
-                self.suspects.entry((session, object)).or_insert(now_ms);
+                let suspect = Suspect::new(now_ms);
+                self.suspects.entry((session, object)).or_insert(suspect);
             }
         }
     }
@@ -157,11 +166,13 @@ impl Judge {
         let before = std::mem::take(&mut self.suspects);
         for (session, mut objects) in still {
             account.leave_out(session, &mut objects, now_ms);
+            let room = account.has_room(session);
             for pair in objects.into_iter().map(|object| (session, object)) {
-                if now_ms - before[&pair] > in_time_ms {
+                let suspect = before[&pair].at(now_ms, room);
+                if suspect.untold_ms > in_time_ms {
                     self.misses.extend(finding(account, pair.0, pair.1, now_ms));
                 } else {
-                    self.suspects.insert(pair, before[&pair]);
+                    self.suspects.insert(pair, suspect);
                 }
             }
         }
@@ -174,6 +185,11 @@ impl Account {
         self.cells.at(place).is_some_and(|place| place.distance_m == 0.0)
     }
 
+    /// Whether a session may be told of somebody new before its reader has taken what waits.
+    fn has_room(&self, session: SessionId) -> bool {
+        self.people.get(&session).is_some_and(|person| person.room > 0)
+    }
+
     /// Where some are left out in a crowd: it stands where everybody is now.
     fn crowd_together(&mut self, now_ms: Ms) {
         if let Some(press) = &mut self.press {
@@ -183,15 +199,22 @@ impl Account {
 
     /// Takes away those of these that the crowd hides so far from a participant that it need not be told of them.
     fn leave_out(&mut self, session: SessionId, objects: &mut Vec<ObjectId>, now_ms: Ms) {
+        let within_ms = self.known_within_ms();
         let (Some(press), Some(person)) = (&mut self.press, self.people.get(&session)) else {
             return;
         };
         let avatar = self.movers.get(&person.avatar).filter(|_| !objects.is_empty());
-        let view = avatar.and_then(|avatar| press.seen_from(avatar.position(now_ms), person.aoi.leave_m, &self.cells));
-        let Some(view) = view else { return };
+        let stands = avatar.map_or_else(Vec::new, |avatar| avatar.stands(now_ms, within_ms));
+        let views = stands
+            .into_iter()
+            .filter_map(|eye| press.seen_from(eye, person.aoi.leave_m, &self.cells));
+        let views: Vec<_> = views.collect();
         let hidden = |object: &ObjectId| {
             let mover = self.movers.get(object);
-            mover.is_some_and(|mover| press.may_leave_out(&view, mover.position(now_ms)))
+            mover.is_some_and(|mover| {
+                let there = mover.position(now_ms);
+                views.iter().any(|view| press.may_leave_out(view, there))
+            })
         };
         objects.retain(|object| !hidden(object));
     }
@@ -261,9 +284,10 @@ fn in_view(account: &Account, sights: &Sights, person: &Person, object: ObjectId
     let (Some(avatar), Some(mover)) = (account.movers.get(&person.avatar), account.movers.get(&object)) else {
         return false;
     };
-    let (eye, there) = (avatar.position(now_ms), mover.position(now_ms));
+    let there = mover.position(now_ms);
     let closed: Vec<Bounds> = account.closed().map(|(_, door)| door.bounds).collect();
-    account.is_in_a_cell(eye)
-        && account.is_in_a_cell(there)
-        && sights.in_plain_view(eye, there, PLAIN_M.min(0.5 * mover.radius_m), &closed)
+    let sees = |eye: [f64; 3]| {
+        account.is_in_a_cell(eye) && sights.in_plain_view(eye, there, PLAIN_M.min(0.5 * mover.radius_m), &closed)
+    };
+    account.is_in_a_cell(there) && avatar.stands(now_ms, account.known_within_ms()).into_iter().any(sees)
 }

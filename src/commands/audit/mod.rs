@@ -5,6 +5,7 @@
 //! who was where and was told what is held against geometry alone, level 0 of everything and rays, without visible sets.
 
 mod account;
+mod clock;
 mod crowd;
 mod doors;
 mod heard;
@@ -13,10 +14,11 @@ mod mover;
 mod poses;
 mod report;
 mod sights;
+mod suspect;
 mod telling;
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, btree_map::Entry},
     fs::File,
     io::{BufReader, IsTerminal},
     path::PathBuf,
@@ -74,13 +76,16 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     let data = DataFolder::open_existing(&args.place).await?;
     let mut scenes: BTreeMap<String, Scene> = BTreeMap::new();
     while let Some(block) = recording.next_block().with_context(cannot)? {
-        if !scenes.contains_key(&block.scene) {
-            scenes.insert(block.scene.clone(), Scene::load(&data, &block.scene, args.hunts).await?);
+        let scene = match scenes.entry(block.scene.clone()) {
+            Entry::Occupied(there) => there.into_mut(),
+            Entry::Vacant(new) => new.insert(Scene::begin(&block.scene)?),
+        };
+        for revision in revisions(&block) {
+            scene.load(&data, revision, args.hunts).await?;
         }
-        let scene = scenes.get_mut(&block.scene).context("the scene was loaded")?;
         tokio::task::block_in_place(|| scene.take(&block, args.every));
         bar.set_position(recording.whole_bytes());
-        let sum = |count: fn(&Sights) -> usize| scenes.values().map(|scene| count(&scene.sights)).sum::<usize>();
+        let sum = |count| scenes.values().map(|scene| scene.sum(count)).sum::<usize>();
         let (cells, hunted) = (sum(Sights::cells), sum(Sights::hunted));
         bar.set_message(format!("from {cells} cells, {hunted} hunts"));
     }
@@ -112,11 +117,24 @@ fn progress(bytes: u64, wanted: bool) -> ProgressBar {
     bar.with_style(ProgressStyle::with_template(template).expect("the template is a constant"))
 }
 
+/// The revisions with which a block goes on.
+fn revisions(block: &Block) -> Vec<Revision> {
+    let inputs = block.entries.lines().step_by(2);
+    // Only these say what is there, and few do.
+    let grounds = inputs.filter(|input| input.contains("\"ground\""));
+    let inputs = grounds.filter_map(|input| serde_json::from_str(input).ok());
+    let revisions = inputs.filter_map(|(_, input): (Ms, Input)| match input {
+        Input::Begin { ground, .. } | Input::Rebase { ground, .. } => Some(ground.revision),
+        _ => None,
+    });
+    revisions.collect()
+}
+
 /// A scene of the recording.
 struct Scene {
-    /// Of this revision there is geometry.
-    revision: Revision,
-    sights: Sights,
+    name: SceneName,
+    /// What is seen in each of its revisions; nothing is known of those that are not kept any more.
+    sights: BTreeMap<Revision, Option<Sights>>,
     replay: Replay,
     account: Option<Account>,
     judge: Judge,
@@ -125,16 +143,10 @@ struct Scene {
 }
 
 impl Scene {
-    async fn load(data: &DataFolder, name: &str, hunts: usize) -> anyhow::Result<Self> {
-        let name: SceneName = name.parse().context("the recording names no scene")?;
-        let published = load::published(data, &name, None).await?;
-        let scene = &published.scene;
+    fn begin(name: &str) -> anyhow::Result<Self> {
         Ok(Self {
-            revision: published.pointer.revision,
-            sights: Sights::new(
-                Between::new(Blockade::of(scene), published.cells, scene.error_m()),
-                hunts,
-            ),
+            name: name.parse().context("the recording names no scene")?,
+            sights: BTreeMap::new(),
             replay: Replay::default(),
             account: None,
             judge: Judge::default(),
@@ -144,6 +156,23 @@ impl Scene {
                 ..SceneReport::default()
             },
         })
+    }
+
+    /// Reads the geometry of a revision, if there is any.
+    async fn load(&mut self, data: &DataFolder, revision: Revision, hunts: usize) -> anyhow::Result<()> {
+        if let Entry::Vacant(new) = self.sights.entry(revision) {
+            let published = load::revision(data, &self.name, revision).await?;
+            new.insert(published.map(|published| {
+                let scene = &published.scene;
+                let between = Between::new(Blockade::of(scene), published.cells, scene.error_m());
+                Sights::new(between, hunts)
+            }));
+        }
+        Ok(())
+    }
+
+    fn sum(&self, count: fn(&Sights) -> usize) -> usize {
+        self.sights.values().flatten().map(count).sum()
     }
 
     fn take(&mut self, block: &Block, every: u64) {
@@ -197,8 +226,8 @@ impl Scene {
     fn judge(&mut self, at_ms: Ms, every: u64) {
         let Some(account) = &mut self.account else { return };
         self.judge.untrue.extend(account.drifted(at_ms));
-        if account.revision == self.revision {
-            self.judge.look(account, &mut self.sights, at_ms, every);
+        if let Some(Some(sights)) = self.sights.get_mut(&account.revision) {
+            self.judge.look(account, sights, at_ms, every);
         } else {
             self.report.ticks_not_looked_at += 1;
             account.told.clear();
@@ -207,6 +236,7 @@ impl Scene {
     }
 
     fn report(self) -> SceneReport {
+        let [pairs, cells, hunted] = [Sights::pairs, Sights::cells, Sights::hunted].map(|count| self.sum(count));
         let mut report = self.report;
         self.judge.leaks.into_iter().for_each(|leak| report.leaks.add(leak));
         self.judge
@@ -221,9 +251,10 @@ impl Scene {
             doors: self.judge.doors,
             untold: self.judge.untold,
             culled: self.judge.culled,
-            pairs: self.sights.pairs(),
-            cells: self.sights.cells(),
-            hunted: self.sights.hunted(),
+            waiting: self.judge.waiting,
+            pairs,
+            cells,
+            hunted,
             ..report
         }
     }

@@ -104,6 +104,24 @@ impl Mover {
             .map_or(self.position, |way| way.pose_at(now_ms).position)
     }
 
+    /// The cells that it may look from when it comes so far meanwhile: about where it spoke last, and what it has passed since, if it
+    /// goes on as it said.
+    pub(super) fn eyes(&self, cells: &Cells, now_ms: Ms, reach_m: f64) -> Vec<CellId> {
+        let around = |center| Ball {
+            center,
+            radius_m: reach_m,
+        };
+        let balls: Vec<_> = self.heard.passes(now_ms).into_iter().map(around).collect();
+        cells.under_any(&balls)
+    }
+
+    /// Where it is to be told what it sees from: where it spoke last, and where it has come to since, if it goes on as it said. When that
+    /// began must be known to this time.
+    pub(super) fn stands(&self, now_ms: Ms, within_ms: Ms) -> Vec<[f64; 3]> {
+        let places = [Some(self.position(now_ms)), self.heard.comes_to(now_ms, within_ms)];
+        places.into_iter().flatten().collect()
+    }
+
     /// What is wrong with a pose that somebody is told of it now, and by how many metres.
     pub(super) fn belies(&self, told: &Pose, now_ms: Ms) -> Option<(&'static str, Option<f64>)> {
         let Some(way) = &self.way else {

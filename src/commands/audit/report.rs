@@ -35,13 +35,15 @@ pub(super) struct SceneReport {
     pub(super) untold: u64,
     /// Pairs of these that were in view but for a crowd, in which the rules leave some out.
     pub(super) culled: u64,
+    /// Pairs of these that were in view while the session waited for its stream to take what it was told before.
+    pub(super) waiting: u64,
     /// Cells from which rays looked around, once for each set of closed doors.
     pub(super) cells: usize,
     /// Pairs of cells between which sight lines were aimed.
     pub(super) pairs: usize,
     /// Pairs between which sight lines were hunted.
     pub(super) hunted: usize,
-    /// Ticks in a revision that is not the current one: only replayed.
+    /// Ticks in a revision that is not kept any more: only replayed.
     pub(super) ticks_not_looked_at: u64,
     pub(super) leaks: Findings<Finding>,
     /// Told of what neither a sight line nor a proof decides.
@@ -99,6 +101,7 @@ impl Report {
             "of doors",
             "not told",
             "culled",
+            "waiting",
             "leaks",
             "undecided",
             "misses",
@@ -120,8 +123,14 @@ impl Report {
     /// How much is wrong or may be.
     fn summary(&self) -> String {
         let told: u64 = self.scenes.iter().map(|scene| scene.told + scene.doors).sum();
+        let ticks: u64 = self.scenes.iter().map(|scene| scene.ticks).sum();
+        let unjudged = match self.ticks_not_looked_at() {
+            0 => String::new(),
+            all if all == ticks => "nothing was judged, for no revision of the recording is kept any more: ".to_owned(),
+            some => format!("{some} of {ticks} ticks were not judged, for their revision is not kept any more: "),
+        };
         format!(
-            "{}, {} of {told} tellings undecided, {}, {} astray, {} untrue, {} otherwise",
+            "{unjudged}{}, {} of {told} tellings undecided, {}, {} astray, {} untrue, {} otherwise",
             counted(self.sum(|scene| scene.leaks.count), "leak", "leaks"),
             self.sum(|scene| scene.undecided.count),
             counted(self.sum(|scene| scene.misses.count), "miss", "misses"),
@@ -135,13 +144,17 @@ impl Report {
         )
     }
 
+    fn ticks_not_looked_at(&self) -> u64 {
+        self.scenes.iter().map(|scene| scene.ticks_not_looked_at).sum()
+    }
+
     /// What is wrong, if anything is; to leave something open may be wrong too.
     pub(super) fn verdict(&self, undecided_too: bool) -> Option<String> {
         let seen = self.sum(|scene| scene.leaks.count + scene.misses.count);
         let told = self.sum(|scene| scene.astray.count + scene.untrue.count);
         let wrong = seen + told + self.sum(|scene| scene.differences.count);
-        let open = self.sum(|scene| scene.undecided.count);
-        (wrong > 0 || undecided_too && open > 0).then(|| self.summary())
+        let open = self.sum(|scene| scene.undecided.count) > 0 || self.ticks_not_looked_at() > 0;
+        (wrong > 0 || undecided_too && open).then(|| self.summary())
     }
 }
 
@@ -153,6 +166,7 @@ impl SceneReport {
             self.doors.to_string(),
             self.untold.to_string(),
             self.culled.to_string(),
+            self.waiting.to_string(),
             self.leaks.count.to_string(),
             self.undecided.count.to_string(),
             self.misses.count.to_string(),
@@ -167,7 +181,7 @@ impl SceneReport {
     fn details(&self, text: &mut String) {
         if self.ticks_not_looked_at > 0 {
             *text += &format!(
-                "\n{}: {} of {} ticks are of another revision than the current one, and were only replayed",
+                "\n{}: {} of {} ticks are of a revision that is not kept any more, and were only replayed",
                 self.scene, self.ticks_not_looked_at, self.ticks
             );
         }

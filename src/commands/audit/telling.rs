@@ -105,6 +105,7 @@ impl Account {
                 true
             }
             _ => {
+                person.room = person.room.saturating_sub(usize::from(event == "object-info"));
                 self.told.push(told);
                 let untrue = self.tell_pose((session, object), event, said, at_ms);
                 return untrue.map(Wrong::Untrue);

@@ -2,7 +2,7 @@
 //! cell: in which sets is it?
 //!
 //! What is seen is shown by a sight line of the oracle (`belvedere-verify`); what is hidden, by what hides it. What is
-//! neither is said to be neither.
+//! neither is said to be neither. What is proved hidden is looked for all the same: the bake asked the same prover.
 
 use anyhow::Context;
 use belvedere_scene::{
@@ -24,8 +24,10 @@ use crate::{
     published::{Hiding, Plane},
 };
 
-/// So many eyes look for an object before one gives up.
+/// So many eyes look for an object before one gives up, …
 const EYES: u64 = 200;
+/// … and so many for one that is proved hidden.
+const EYES_IN_SPITE: u64 = 20;
 /// Pixels along the side of a face of the cube around each.
 const SIZE_PX: usize = 256;
 
@@ -79,17 +81,19 @@ pub(super) async fn explain(
         hidden: None,
         eyes: 0,
     };
-    // The likelier answer first; the other only when there is none. Faces take longer to read than the box around them.
+    // The likelier answer first. Faces take longer to read than the box around them.
     if explained.listed.is_none() {
         explained.hidden = hidden(scene, (&entry, &record), about, Vec::new()).await?;
     }
-    if explained.hidden.is_none() {
-        explained.eyes = EYES;
-        let (sight_line, faces) = look(data, name, in_cell, about).await?;
-        explained.sight_line = sight_line;
-        if explained.sight_line.is_none() {
-            explained.hidden = hidden(scene, (&entry, &record), about, faces).await?;
-        }
+    explained.eyes = if explained.hidden.is_none() {
+        EYES
+    } else {
+        EYES_IN_SPITE
+    };
+    let (sight_line, faces) = look(data, name, (in_cell, about), explained.eyes).await?;
+    explained.sight_line = sight_line;
+    if explained.hidden.is_none() && explained.sight_line.is_none() {
+        explained.hidden = hidden(scene, (&entry, &record), about, faces).await?;
     }
     if json {
         print_json(&explained)
@@ -149,13 +153,13 @@ fn ensure_known(scene: &Opened, object: ObjectId) -> anyhow::Result<()> {
 async fn look(
     data: &DataFolder,
     name: &SceneName,
-    in_cell: CellId,
-    about: ObjectId,
+    (in_cell, about): (CellId, ObjectId),
+    eyes: u64,
 ) -> anyhow::Result<(Option<SightLine>, Vec<[DVec3; 3]>)> {
     let published = load::published(data, name, Some(in_cell)).await?;
     let looking = tokio::task::spawn_blocking(move || {
         let mut cells = published.cells.iter();
-        let line = cells.find_map(|cell| sight_line(&published.scene, cell, about.0, EYES, SIZE_PX));
+        let line = cells.find_map(|cell| sight_line(&published.scene, cell, about.0, eyes, SIZE_PX));
         (line, published.scene.triangles_of(about.0 as usize))
     });
     Ok(looking.await?)
@@ -207,13 +211,17 @@ impl Explained {
             ),
         }];
         match (&self.sight_line, &self.hidden) {
-            (Some(line), _) => lines.push(format!(
-                "{}seen from {} ({}) at {}",
-                if self.listed.is_some() { "" } else { "missing: it is " },
-                place(line.eye),
-                line.place,
-                place(line.point)
-            )),
+            (Some(line), reasons) => {
+                lines.push(format!(
+                    "{}seen from {} ({}) at {}",
+                    if self.listed.is_some() { "" } else { "missing: it is " },
+                    place(line.eye),
+                    line.place,
+                    place(line.point)
+                ));
+                let reasons = reasons.iter().flatten();
+                lines.extend(reasons.map(|reason| format!("yet it is proved hidden {}", reason.text())));
+            }
             (None, Some(reasons)) => {
                 let all = match reasons.len() {
                     1 => "from all of the cell",

@@ -5,6 +5,7 @@ use std::{path::Path, time::Instant};
 use anyhow::Context;
 use belvedere_bake::{
     defect::Defect,
+    growable::Growable,
     import::{
         self, Imported, Limits,
         procedural::{Ground, Growth, plant},
@@ -30,6 +31,8 @@ struct FileReport {
     textures: usize,
     image_bytes: usize,
     viewpoints: usize,
+    /// Which of its models clients can grow from rules, before the bake cuts what is too large for one object.
+    growable: Growable,
     defects: Vec<Defect>,
     /// What growing it took, when it is a file of rules.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -65,6 +68,7 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
         textures: scene.textures.len(),
         image_bytes: scene.images.iter().map(|i| i.bytes.len()).sum(),
         viewpoints: scene.viewpoints.len(),
+        growable: Growable::of(scene),
         defects: imported.defects.iter().collect(),
         growth,
     };
@@ -85,6 +89,9 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
         print(&growth.sentences(&name))?;
     } else if let Some(refused) = grow::refusal(report.triangles) {
         print(&format!("  {refused}"))?;
+    }
+    if let Some(told) = report.growable.sentence() {
+        print(&format!("  {told}"))?;
     }
     for defect in &report.defects {
         print(&format!("  {defect}"))?;

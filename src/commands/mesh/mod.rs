@@ -15,6 +15,7 @@ use belvedere_bake::{
     source::{SourceModel, SourceScene},
 };
 
+use super::output::printable;
 use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
 
 #[derive(Debug, clap::Args)]
@@ -65,7 +66,7 @@ fn read_scene(file: &Path) -> anyhow::Result<(SourceScene, Vec<Defect>)> {
         .with_context(|| format!("cannot import {name}"))?;
     let defects: Vec<_> = imported.defects.iter().collect();
     for defect in &defects {
-        eprintln!("{name}: {defect}");
+        eprintln!("{}", printable(&format!("{name}: {defect}")));
     }
     Ok((imported.scene, defects))
 }

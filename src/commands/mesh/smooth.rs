@@ -14,7 +14,7 @@ use belvedere_bake::{
         quantise::{Precision, QuantisedMesh},
         thesis,
     },
-    source::{Primitive, SourceModel, Topology},
+    source::{Material, Primitive, SourceModel, Topology},
 };
 use belvedere_scene::smooth::{Decoder, Header};
 use serde::Serialize;
@@ -103,7 +103,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     );
     let (mut meshes, mut too_small) = (Vec::new(), Vec::new());
     for (number, model) in with_triangles {
-        match report(number, model, &args)? {
+        match report(number, model, (&scene.materials, &args))? {
             Some(report) => meshes.push(report),
             None => too_small.push(model.name.clone()),
         }
@@ -156,9 +156,19 @@ fn counted(count: usize, what: &str) -> String {
 }
 
 /// `None` when no triangle is left on the lattice.
-fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Option<MeshReport>> {
+fn report(
+    number: usize,
+    model: &SourceModel,
+    (materials, args): (&[Material], &Args),
+) -> anyhow::Result<Option<MeshReport>> {
     ensure_in_reach(model)?;
-    let chosen = publish::precision(model, 1.0);
+    anyhow::ensure!(
+        args.no_attributes || publish::tells_attributes(model, materials),
+        "{} has no smooth LOD: its pictures are repeated more often, or its colours brighter, than streams tell finely enough; \
+         --no-attributes leaves both out",
+        model.name
+    );
+    let chosen = publish::precision(model, materials, 1.0);
     let precision = Precision {
         position_bits: args.bits.unwrap_or(chosen.position_bits),
         with_attributes: !args.no_attributes,
@@ -169,7 +179,12 @@ fn report(number: usize, model: &SourceModel, args: &Args) -> anyhow::Result<Opt
     if mesh.triangles.is_empty() {
         return Ok(None);
     }
-    let stream = encode(&mesh);
+    let stream = encode(&mesh).with_context(|| {
+        format!(
+            "{} has no smooth LOD: so many of its triangles meet at few vertices that readers would refuse it",
+            model.name
+        )
+    })?;
     let encode_s = started.elapsed().as_secs_f64();
 
     let started = Instant::now();

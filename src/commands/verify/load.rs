@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::Context;
-use belvedere_scene::{BlobName, CellId, ObjectId, SceneName, manifest::VisibilitySummary, pointer::Pointer};
+use belvedere_scene::{BlobName, CellId, ObjectId, Revision, SceneName, manifest::VisibilitySummary, pointer::Pointer};
 use belvedere_verify::{
     check::Cell,
     glb,
@@ -34,7 +34,24 @@ pub(in crate::commands) async fn published(
     let Some(baked) = data.catalogue().baked(name).await? else {
         anyhow::bail!(unknown(data, name).await?);
     };
-    let pointer = baked.pointer;
+    read(data, baked.pointer, only).await
+}
+
+/// The same of any revision, in all of its cells; none when it is not kept, which is an error when the scene is not either.
+pub(in crate::commands) async fn revision(
+    data: &DataFolder,
+    name: &SceneName,
+    revision: Revision,
+) -> anyhow::Result<Option<Published>> {
+    let _no_gc = data.lock_for_writing().await?;
+    match data.catalogue().pointer_of(name, revision).await? {
+        Some(pointer) => Ok(Some(read(data, pointer, None).await?)),
+        None if data.catalogue().baked(name).await?.is_none() => anyhow::bail!(unknown(data, name).await?),
+        None => Ok(None),
+    }
+}
+
+async fn read(data: &DataFolder, pointer: Pointer, only: Option<CellId>) -> anyhow::Result<Published> {
     let reader = SceneReader::of(&pointer, data.store().clone());
     let manifest = reader.manifest().await?;
     if let Some(cell) = only {

@@ -1,6 +1,6 @@
 //! How does the outcome read? As a table for people, as JSON for programs.
 
-use belvedere_scene::{ObjectId, Revision, SceneName, record::Guarantee};
+use belvedere_scene::{CellId, ObjectId, Revision, SceneName, record::Guarantee};
 use belvedere_verify::{
     check::{FINE_PX, Miss, Outcome, Settings, Tightness},
     verdict,
@@ -47,9 +47,12 @@ struct Findings {
     /// What only seemed to be missing: rounding decides.
     unconfirmed_objects: usize,
     unconfirmed_pixels: u64,
-    tightness_mean: f64,
+    /// Null when nothing was seen.
+    tightness_mean: Option<f64>,
     /// All entries over all that were seen.
-    tightness_of_entries: f64,
+    tightness_of_entries: Option<f64>,
+    /// Cells from which no eye saw a pixel of anything.
+    blind_cells: Vec<CellId>,
     loosest: Option<Tightness>,
     worst: Option<NamedMiss>,
     /// The largest misses.
@@ -107,13 +110,19 @@ impl Findings {
             unconfirmed_pixels: outcome.unconfirmed_pixels,
             tightness_mean: outcome.tightness_mean(),
             tightness_of_entries: outcome.tightness_of_entries(),
+            blind_cells: outcome.blind.clone(),
             loosest: outcome.loosest(),
             worst: misses.first().cloned(),
             misses,
         }
     }
 
-    fn rows(&self) -> [(&'static str, String); 4] {
+    fn rows(&self) -> Vec<(&'static str, String)> {
+        let ratio = |ratio: Option<f64>| ratio.map_or_else(|| "–".to_owned(), |ratio| format!("{ratio:.2}"));
+        let rate = match self.pixels {
+            0 => "–".to_owned(),
+            _ => format!("{:.2e}", self.false_negative_rate),
+        };
         let loosest = self.loosest.as_ref().map_or_else(String::new, |l| {
             format!(
                 ", least tight {}{}: {} listed, {} seen by {} eyes",
@@ -124,14 +133,11 @@ impl Findings {
                 l.eyes
             )
         });
-        [
+        let mut rows = vec![
             ("missed objects", format!("{}", self.missed_objects)),
             (
                 "false-negative pixels",
-                format!(
-                    "{:.2e} ({} of {})",
-                    self.false_negative_rate, self.missed_pixels, self.pixels
-                ),
+                format!("{rate} ({} of {})", self.missed_pixels, self.pixels),
             ),
             (
                 "unconfirmed",
@@ -143,11 +149,27 @@ impl Findings {
             (
                 "tightness",
                 format!(
-                    "at most {:.2} times what was seen, mean over cells; {:.2} over all entries{loosest}",
-                    self.tightness_mean, self.tightness_of_entries,
+                    "at most {} times what was seen, mean over cells; {} over all entries{loosest}",
+                    ratio(self.tightness_mean),
+                    ratio(self.tightness_of_entries),
                 ),
             ),
-        ]
+        ];
+        if !self.blind_cells.is_empty() {
+            let named: Vec<_> = self.blind_cells.iter().take(ROWS).map(ToString::to_string).collect();
+            let more = self.blind_cells.len() - named.len();
+            let more = if more > 0 {
+                format!(" … and {more} more")
+            } else {
+                String::new()
+            };
+            let told = format!(
+                "no eye saw a pixel of anything from {}{more}: a larger `--size` may",
+                named.join(" ")
+            );
+            rows.push(("saw nothing", told));
+        }
+        rows
     }
 
     fn miss_table(&self) -> Option<String> {
@@ -257,7 +279,7 @@ impl Report {
             ),
             String::new(),
         ];
-        lines.extend(self.open.rows().map(fact));
+        lines.extend(self.open.rows().into_iter().map(fact));
         if let Some(misses) = self.open.miss_table() {
             lines.extend([String::new(), misses]);
         }
@@ -268,7 +290,7 @@ impl Report {
                 closed.doors, closed.situations, findings.eyes
             );
             lines.extend([String::new(), head]);
-            lines.extend(findings.rows().map(fact));
+            lines.extend(findings.rows().into_iter().map(fact));
             let gaps = format!(
                 "{} objects, {} pixels through gaps around doors that count as closed",
                 closed.gap_objects, closed.gap_pixels

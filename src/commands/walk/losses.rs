@@ -9,6 +9,7 @@ use std::{
 };
 
 use belvedere_client::{Ask, ByteSource, Error, Part, Watch};
+use belvedere_scene::BlobName;
 use bytes::Bytes;
 
 /// Between two looks at whether there is something to say.
@@ -123,6 +124,14 @@ impl<S: ByteSource> ByteSource for Counted<S> {
     fn keep(&self, path: &str, bytes: &Bytes) -> impl Future<Output = ()> + Send {
         self.source.keep(path, bytes)
     }
+
+    fn kept(&self, path: &str, bytes: u64) -> impl Future<Output = Option<Bytes>> + Send {
+        self.source.kept(path, bytes)
+    }
+
+    fn forget_parts(&self, whole: &BlobName) {
+        self.source.forget_parts(whole);
+    }
 }
 
 #[cfg(test)]
@@ -144,6 +153,38 @@ mod tests {
         source.get("/b").await.unwrap_err();
         let said = news().unwrap();
         assert!(said.starts_with("2 files have failed so far, first: there is nothing at /a"));
+    }
+
+    /// A source that keeps one thing, until it is told to forget it.
+    #[derive(Default)]
+    struct Keeper(Mutex<Option<Bytes>>);
+
+    impl ByteSource for Keeper {
+        async fn get(&self, path: &str) -> Result<Bytes, Error> {
+            Err(Error::Missing(path.to_owned()))
+        }
+
+        async fn keep(&self, _: &str, bytes: &Bytes) {
+            *self.0.lock().expect("what is kept") = Some(bytes.clone());
+        }
+
+        async fn kept(&self, _: &str, _: u64) -> Option<Bytes> {
+            self.0.lock().expect("what is kept").clone()
+        }
+
+        fn forget_parts(&self, _: &BlobName) {
+            *self.0.lock().expect("what is kept") = None;
+        }
+    }
+
+    #[tokio::test]
+    async fn what_is_kept_is_kept_as_without_a_count() {
+        let source = Counted::new(Keeper::default());
+        let (name, bytes) = (BlobName::of(b"x", "slod").expect("a name"), Bytes::from_static(b"x"));
+        source.keep("/o/x", &bytes).await;
+        assert_eq!(source.kept("/o/x", 1).await, Some(bytes));
+        source.forget_parts(&name);
+        assert_eq!(source.kept("/o/x", 1).await, None);
     }
 
     #[tokio::test]

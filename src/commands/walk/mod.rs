@@ -45,17 +45,17 @@ pub(super) struct Args {
     #[arg(long, value_parser = quantity::metres_per_s, allow_hyphen_values = true)]
     speed: Option<f64>,
     /// Whether what lies ahead is fetched before it is seen
-    #[arg(long, default_value = "on", value_parser = ["on", "off"])]
-    prefetch: String,
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    prefetch: Switch,
     /// Whether smooth LODs are used where they cost less than levels
-    #[arg(long, default_value = "on", value_parser = ["on", "off"])]
-    smooth: String,
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    smooth: Switch,
     /// Whether models are grown from rules where that costs less than levels
-    #[arg(long, default_value = "on", value_parser = ["on", "off"])]
-    rules: String,
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    rules: Switch,
     /// Whether small files come together where the server offers that
-    #[arg(long, default_value = "on", value_parser = ["on", "off"])]
-    bundles: String,
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    bundles: Switch,
     /// Memory of each visitor for what it has fetched: 64M, 500k; by default without limit
     #[arg(long, value_parser = quantity::bytes, allow_hyphen_values = true)]
     memory: Option<u64>,
@@ -69,8 +69,8 @@ pub(super) struct Args {
     #[arg(long, default_value_t = 1, value_parser = quantity::seed, allow_hyphen_values = true)]
     seed: u64,
     /// Whether each visitor also opens a live session: then all walk their ways once more, in real time, and meet each other
-    #[arg(long, default_value = "off", value_parser = ["on", "off"])]
-    live: String,
+    #[arg(long, value_enum, default_value_t = Switch::Off)]
+    live: Switch,
     /// Fail when the mean download quality after convergence is lower: 95%
     #[arg(long, value_parser = quantity::share, allow_hyphen_values = true)]
     min_quality: Option<f64>,
@@ -93,6 +93,19 @@ enum MadeUp {
     Streets,
 }
 
+/// Whether something is done.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Switch {
+    On,
+    Off,
+}
+
+impl Switch {
+    fn is_on(self) -> bool {
+        matches!(self, Self::On)
+    }
+}
+
 /// Made-up walks are as fast as people, in metres a second.
 const WALKING_MPS: f64 = 5.0 / 3.6;
 /// So many requests of all visitors are under way at once: enough to keep a server busy, and few enough that they do not wait for each other.
@@ -105,7 +118,7 @@ const LONGEST_S: f64 = quantity::DAY_S;
 pub(super) async fn run(args: Args) -> anyhow::Result<()> {
     if args.tree.contains("://") {
         let source = HttpSource::new(&args.tree)?;
-        let live = (args.live == "on").then(|| source.clone());
+        let live = args.live.is_on().then(|| source.clone());
         let source = Retrying::new(source).at_most(MOST_REQUESTS);
         let pulse = source.pulse();
         let source = Counted::new(source);
@@ -121,7 +134,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             args.tree
         );
         anyhow::ensure!(
-            args.live == "off",
+            !args.live.is_on(),
             "a folder has no live sessions: name the address of a server, or walk without --live on"
         );
         let source = FolderSource::new(&args.tree);
@@ -144,10 +157,10 @@ async fn walk<S: ByteSource + Clone + 'static>(
             bits_per_s: args.bandwidth.unwrap_or(f64::INFINITY),
             latency_ms: args.latency,
         },
-        prefetch: args.prefetch == "on",
-        smooth: args.smooth == "on",
-        rules: args.rules == "on",
-        bundles: args.bundles == "on",
+        prefetch: args.prefetch.is_on(),
+        smooth: args.smooth.is_on(),
+        rules: args.rules.is_on(),
+        bundles: args.bundles.is_on(),
         memory_bytes: args.memory.unwrap_or(u64::MAX),
         ..TourSettings::default()
     };

@@ -1,12 +1,12 @@
 //! What becomes of a job that nobody bakes.
 
-use std::{io, process::Stdio};
+use std::{io, process::Stdio, time::SystemTime};
 
 use tokio::process::{Child, Command};
 
-use super::*;
+use super::{tidying::LEFTOVER, *};
 use crate::{
-    db::{Catalogue, NewJob},
+    db::{Catalogue, Keeping, NewJob},
     jobs::{Inner, JobSettings},
     place::{Absent, Place, PlaceArgs},
     published::Publications,
@@ -54,8 +54,9 @@ impl Waiting {
             title: None,
             source_bytes: 7,
             key_id: "k",
+            link_key: None,
         };
-        assert!(catalogue.keep_job(&new, 1, 1).await.unwrap());
+        assert_eq!(catalogue.keep_job(&new, 1, 1).await.unwrap(), Keeping::Kept);
         std::fs::create_dir_all(jobs.folder(job)).unwrap();
         std::fs::write(jobs.folder(job).join("town.glb"), "a scene").unwrap();
         let worker = Worker {
@@ -94,6 +95,41 @@ async fn a_job_that_was_claimed_without_an_answer_waits_again() {
     waiting.worker.look().await;
     assert_eq!(claimed.job, waiting.job);
     assert_eq!(waiting.stored().await.0, "running");
+}
+
+#[tokio::test]
+async fn what_broken_uploads_have_left_is_removed_also_where_nothing_is_baked() {
+    let mut waiting = Waiting::with(Command::spawn).await;
+    let inner = Arc::get_mut(&mut waiting.worker.jobs.inner).unwrap();
+    inner.settings.bakes = 0;
+    let jobs = waiting.worker.jobs.clone();
+    let uploads = jobs.uploads();
+    let [left, growing] = ["left", "growing"].map(|name| uploads.join(name));
+    for folder in [&left, &growing] {
+        std::fs::create_dir(folder).unwrap();
+        std::fs::write(folder.join("town.glb"), "half a scene").unwrap();
+    }
+    let queued = jobs.folder(waiting.job);
+    for old in [&left, &queued] {
+        for path in [&old.join("town.glb"), old] {
+            let file = File::open(path).unwrap();
+            file.set_modified(SystemTime::now() - 2 * LEFTOVER).unwrap();
+        }
+    }
+    let working = tokio::spawn({
+        let jobs = jobs.clone();
+        async move { jobs.work().await }
+    });
+    for _ in 0..500 {
+        if !left.exists() {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    assert!(!left.exists(), "nobody waits for it");
+    assert!(growing.exists() && queued.exists());
+    jobs.inner.stopping.cancel();
+    working.await.unwrap();
 }
 
 #[tokio::test]

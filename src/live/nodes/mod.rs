@@ -12,14 +12,14 @@ mod subject;
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
     time::{Duration, Instant},
 };
 
 use anyhow::Context;
-use async_nats::{Client, ConnectErrorKind, ConnectOptions, Event};
+use async_nats::{Client, ConnectError, ConnectErrorKind, ConnectOptions, Event};
 use belvedere_live::nodes::{BEAT_MS, Exchange, LEASE_MS, NodeId};
 use belvedere_scene::{Revision, SceneName};
 use tokio::sync::watch;
@@ -102,8 +102,11 @@ impl Nodes {
         getrandom::fill(&mut number).context("the system gives no random numbers")?;
         let node = NodeName::run(settings.name.as_ref(), u32::from_le_bytes(number));
         let (answers, connected) = watch::channel(false);
-        let told = Mutex::default();
-        let options = ConnectOptions::new()
+        let told = Arc::new(Told::default());
+        let nats = settings.nats.clone();
+        let options = settings
+            .nats
+            .log_in(ConnectOptions::new())
             .name(node.to_string())
             .no_echo()
             .ping_interval(PING)
@@ -111,7 +114,9 @@ impl Nodes {
             .reconnect_delay_callback(|attempts| AGAIN * attempts.clamp(1, LONGEST_AGAIN) as u32)
             .retry_on_initial_connect()
             .event_callback(move |event| {
-                note(&answers, &told, &event);
+                if note(&answers, &told, &event) {
+                    tokio::spawn(tell_why(nats.clone(), event, told.clone()));
+                }
                 std::future::ready(())
             });
         let client = options.connect(settings.nats.servers()).await;
@@ -190,35 +195,34 @@ impl Nodes {
         }
     }
 
-    fn present(&self) -> std::sync::MutexGuard<'_, BTreeMap<SceneName, Present>> {
+    fn present(&self) -> MutexGuard<'_, BTreeMap<SceneName, Present>> {
         self.0.present.lock().expect("nobody panics while holding this lock")
     }
 }
 
-/// Something has become of the connection. Only changes are logged, and no addresses: each reason why NATS cannot be reached
-/// once until it answers, however often it is asked.
-fn note(answers: &watch::Sender<bool>, told: &Mutex<BTreeSet<String>>, event: &Event) {
-    let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+/// Reasons why NATS cannot be reached that were told since it answered last. The client names kinds of events, several of which may
+/// have the same cause.
+#[derive(Debug, Default)]
+struct Told(Mutex<BTreeSet<String>>);
+
+impl Told {
+    /// Whether it was not told so far; from now on it was.
+    fn is_new(&self, reason: &impl ToString) -> bool {
+        self.reasons().insert(reason.to_string())
+    }
+
+    fn reasons(&self) -> MutexGuard<'_, BTreeSet<String>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Something has become of the connection. Only changes are logged, and no addresses: each kind of reason why NATS cannot be
+/// reached once until it answers, however often it is asked. Says whether the reason is still to be told.
+fn note(answers: &watch::Sender<bool>, told: &Told, event: &Event) -> bool {
     let change = match event {
         Event::Connected => Some(true),
         Event::Disconnected | Event::Closed => Some(false),
-        Event::ClientError(error) => {
-            let text = error.to_string();
-            let refused = [
-                ConnectErrorKind::AuthorizationViolation,
-                ConnectErrorKind::Authentication,
-            ];
-            let refused = refused.iter().any(|kind| text.ends_with(&kind.to_string()));
-            if !told.insert(text) {
-                return;
-            }
-            if refused {
-                tracing::warn!(%error, "NATS refuses this node: look at the user and password in `nats`; sessions go on within it");
-            } else {
-                tracing::info!(%error, "NATS cannot be reached: sessions go on within this node");
-            }
-            None
-        }
+        Event::ClientError(error) => return told.is_new(error),
         Event::SlowConsumer(_) => {
             tracing::debug!("messages of other nodes came too fast; what is missing is asked for again");
             None
@@ -228,10 +232,64 @@ fn note(answers: &watch::Sender<bool>, told: &Mutex<BTreeSet<String>>, event: &E
     if let Some(connected) = change.filter(|connected| *connected != *answers.borrow()) {
         answers.send_replace(connected);
         if connected {
-            told.clear();
+            told.reasons().clear();
             tracing::info!("NATS answers");
         } else {
             tracing::info!("NATS is away: sessions go on within this node");
         }
+    }
+    false
+}
+
+/// Tells why NATS cannot be reached, unless that was told.
+async fn tell_why(nats: NatsAddress, event: Event, told: Arc<Told>) {
+    match new_reason(&nats, &told).await {
+        Some(error) if is_refusal(&error.kind()) => {
+            tracing::warn!(%error, "NATS refuses this node: look at the user and password in `nats`; sessions go on within it");
+        }
+        Some(error) => tracing::info!(%error, "NATS cannot be reached: sessions go on within this node"),
+        None => {
+            tracing::debug!(error = %event, "NATS could not be reached for a moment, or for a reason that was told")
+        }
+    }
+}
+
+/// Why NATS cannot be reached, if it cannot and that was not told. The client's event names but the kind of error: one attempt more
+/// has its causes.
+async fn new_reason(nats: &NatsAddress, told: &Told) -> Option<ConnectError> {
+    let again = nats.log_in(ConnectOptions::new().ignore_discovered_servers());
+    let error = again.connect(nats.servers()).await.err()?;
+    told.is_new(&error).then_some(error)
+}
+
+fn is_refusal(kind: &ConnectErrorKind) -> bool {
+    matches!(
+        kind,
+        ConnectErrorKind::AuthorizationViolation | ConnectErrorKind::Authentication
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn kinds_of_errors_that_have_one_cause_are_told_once_until_nats_answers() {
+        let (answers, _connected) = watch::channel(false);
+        let nobody = std::net::TcpListener::bind("127.0.0.1:0")
+            .unwrap()
+            .local_addr()
+            .unwrap();
+        let (nats, told): (NatsAddress, _) = (format!("nats://{nobody}").parse().unwrap(), Told::default());
+        let kinds = ["timed out", "IO error", "timed out"].map(|kind| {
+            let error = async_nats::ClientError::Other(kind.to_owned());
+            note(&answers, &told, &Event::ClientError(error))
+        });
+        assert_eq!(kinds, [true, true, false]);
+        let reason = new_reason(&nats, &told).await.map(|error| error.kind());
+        assert_eq!(reason, Some(ConnectErrorKind::Io));
+        assert!(new_reason(&nats, &told).await.is_none(), "it was told");
+        note(&answers, &told, &Event::Connected);
+        assert!(new_reason(&nats, &told).await.is_some());
     }
 }

@@ -6,11 +6,14 @@
 //! many sessions are told alike is held once for all of them.
 //!
 //! Both are bounded: when too much waits or too much was missed, everything is dropped, and the rules are asked to tell
-//! all anew, once there is a reader. So a stuck reader costs this much memory, and nobody else anything.
+//! all anew, once there is a reader that has taken what it got before. So a stuck reader costs this much memory, and nobody else
+//! anything. Infos, of which a crowd is many, wait with the rules until there is room. Infos of what does not move stand [`aside`] of
+//! the queue, and hold none of that up.
 //!
 //! Poses for a reader that has heard everything and waits are written at once into its [`Line`], where it has one: nobody is woken,
 //! and they wait nowhere. As soon as a line takes no more, the reader's task sees to the rest.
 
+mod aside;
 mod told;
 mod waiting;
 
@@ -32,6 +35,7 @@ use belvedere_live::event::{Event, Void};
 use bytes::Bytes;
 
 use self::{
+    aside::Aside,
     told::{Said, Told},
     waiting::Waiting,
 };
@@ -61,6 +65,8 @@ struct State {
     queue: VecDeque<Said>,
     queue_bytes: usize,
     poses: Waiting,
+    /// Of what does not move.
+    aside: Aside,
     told: Told,
     missed: Option<Void>,
     reader: Reader,
@@ -73,6 +79,8 @@ struct Reader {
     /// Which reader is the last one.
     number: u64,
     attached: bool,
+    /// It was told more than it took, and has not asked for more since.
+    behind: bool,
     /// There while the reader waits, and nothing waits for it.
     waker: Option<Waker>,
     line: Option<Arc<dyn Line>>,
@@ -85,6 +93,7 @@ impl Reader {
         Self {
             number,
             attached: false,
+            behind: false,
             waker: None,
             line: None,
             told_at: Instant::now(),
@@ -98,6 +107,7 @@ impl Default for State {
             queue: VecDeque::new(),
             queue_bytes: 0,
             poses: Waiting::None,
+            aside: Aside::default(),
             told: Told::default(),
             missed: None,
             reader: Reader::none(0),
@@ -156,32 +166,57 @@ impl Outbox {
                 return None;
             }
             Event::ObjectGone { objects, .. } => state.poses.remove(objects),
+            // Ids of what does not move are void from then on.
+            Event::Revision { .. } => state.aside.revoke(),
             _ => {}
         }
         let data = serde_json::to_string(event).expect("an event holds nothing that JSON cannot say");
         // Without the room that was not needed: it is kept.
         let data = Bytes::from(data.into_boxed_str().into_boxed_bytes());
-        state.queue_bytes += data.len();
         let name = event.name();
+        if matches!(event, Event::ObjectInfo(told) if told.moving.is_none()) {
+            state.aside.push(Said { name, data });
+            if state.aside.goes() {
+                state.wake();
+            }
+            return None;
+        }
+        state.queue_bytes += data.len();
         state.queue.push_back(Said { name, data });
         if state.queue_bytes > state.most_bytes() {
             state.miss(Void::Missed);
+            state.reader.behind = true;
             self.readers_changed.store(true, Ordering::Release);
         }
         state.wake();
         None
     }
 
-    /// Whether more than half of the room is left.
+    /// Whether more than half of the room is left, for what does not move.
     pub(super) fn has_room(&self) -> bool {
         let state = self.state();
-        state.queue_bytes < state.most_bytes() / 2
+        state.queue_bytes + state.aside.bytes() < state.most_bytes() / 2
     }
 
-    /// Why a reader that is there must be told everything anew; none when it need not be.
+    /// Of what does not move it may be told or not: the rules have told of all who do, or some of them still wait.
+    pub(super) fn let_aside_go(&self, free: bool) {
+        let mut state = self.state();
+        state.aside.let_go(free);
+        if state.aside.goes() {
+            state.wake();
+        }
+    }
+
+    /// Whether a reader that is there has taken all that had to be told, and may be told more of it.
+    pub(super) fn is_drained(&self) -> bool {
+        let state = self.state();
+        state.reader.attached && state.missed.is_none() && state.queue.is_empty() && !state.told.has_more()
+    }
+
+    /// Why a reader that is there, and has taken what it got before, must be told everything anew; none when it need not be.
     pub(super) fn wants_resync(&self) -> Option<Void> {
         let state = self.state();
-        state.missed.filter(|_| state.reader.attached)
+        state.missed.filter(|_| state.reader.attached && !state.reader.behind)
     }
 
     /// Whether what is said may be heard: by a reader that is there, or by one that was cut off and has missed nothing yet.
@@ -228,6 +263,7 @@ impl Outbox {
             attached: true,
             ..Reader::none(state.reader.number + 1)
         };
+        state.aside.let_go(false);
         self.readers_changed.store(true, Ordering::Release);
         state.reader.number
     }
@@ -262,6 +298,9 @@ impl Outbox {
         }
         if state.closed {
             return Poll::Ready(None);
+        }
+        if std::mem::take(&mut state.reader.behind) {
+            self.readers_changed.store(true, Ordering::Release);
         }
         state.reader.waker = Some(cx.waker().clone());
         Poll::Pending
@@ -372,6 +411,7 @@ impl State {
         self.queue.clear();
         self.queue_bytes = 0;
         self.poses = Waiting::None;
+        self.aside.clear();
         self.told.clear();
         self.missed = None;
     }
@@ -383,9 +423,10 @@ impl State {
 
     /// Takes out what is to be read next.
     fn piece(&mut self) -> Option<Bytes> {
-        if !self.told.has_more() && self.queue.is_empty() && self.poses.is_none() {
+        if !self.told.has_more() && self.queue.is_empty() && self.poses.is_none() && !self.aside.goes() {
             return None;
         }
+        self.aside.pass_over();
         let mut piece = Vec::new();
         self.told.write_again(&mut piece, PIECE_BYTES);
         while piece.len() < PIECE_BYTES
@@ -402,6 +443,10 @@ impl State {
         if piece.len() < PIECE_BYTES
             && let Some(said) = self.poses.take()
         {
+            self.told.write_next(&said, &mut piece);
+            self.told.keep(said);
+        }
+        while let Some(said) = self.aside.next(piece.len() < PIECE_BYTES) {
             self.told.write_next(&said, &mut piece);
             self.told.keep(said);
         }

@@ -4,10 +4,10 @@ use std::{io::Read, sync::atomic::AtomicUsize, task::Wake};
 
 use belvedere_live::{
     Ms,
-    event::{Gone, ObjectPose},
+    event::{self, Attention, Gone, Manifest, Moving, ObjectPose},
     motion::Pose,
 };
-use belvedere_scene::ObjectId;
+use belvedere_scene::{BlobName, Bounds, ObjectId, Revision, object::ObjectInfo};
 use socket2::{Domain, SockRef, Socket, Type};
 
 use super::*;
@@ -222,9 +222,166 @@ fn a_stuck_reader_costs_bounded_memory() {
         outbox.push(&gone());
         assert!(outbox.state().queue_bytes <= QUEUE_BYTES);
     }
+    assert_eq!(outbox.wants_resync(), None, "it has not taken what it got before");
+    outbox.readers_changed.store(false, Ordering::Relaxed);
+    assert_eq!(read(&outbox, reader), "");
     assert_eq!(outbox.wants_resync(), Some(Void::Missed));
+    assert!(
+        outbox.readers_changed.load(Ordering::Relaxed),
+        "somebody looks after it"
+    );
     outbox.detach(reader);
     assert_eq!(outbox.wants_resync(), None, "nobody would hear it");
+}
+
+#[test]
+fn a_reader_is_drained_when_it_has_taken_all_that_must_be_told() {
+    let outbox = Outbox::default();
+    assert!(!outbox.is_drained(), "nobody is there");
+    let reader = outbox.attach(None);
+    assert!(outbox.is_drained());
+    outbox.push(&gone());
+    assert!(!outbox.is_drained());
+    read(&outbox, reader);
+    outbox.push(&pos(1));
+    assert!(outbox.is_drained(), "poses wait for no room");
+    let again = outbox.attach(Some(0));
+    assert!(!outbox.is_drained(), "some of it is to be read again");
+    read(&outbox, again);
+    assert!(outbox.is_drained());
+}
+
+/// Who somebody is; of what does not move without a pose.
+fn info(object: u32, moves: bool) -> Event {
+    let info = ObjectInfo {
+        object: ObjectId(object),
+        source_node: String::new(),
+        part: 0,
+        bounds: Bounds::around([[0.0; 3]; 2]),
+        transform: [0.0; 16],
+        model: None,
+        procedural: None,
+        mover: moves,
+        door: false,
+        levels: Vec::new(),
+        smooth: None,
+        impostor: None,
+    };
+    let attention = Attention {
+        period_ms: 100,
+        visibility: None,
+        level: None,
+    };
+    let moving = moves.then(|| Moving {
+        pose: Pose::resting(0, [0.0; 3], [0.0, 0.0, 0.0, 1.0]),
+        radius_m: 0.5,
+        attention,
+    });
+    let info = Arc::new(info);
+    Event::ObjectInfo(Box::new(event::Told { info, moving }))
+}
+
+/// The objects of infos that a reader hears, in their order.
+fn introduced(text: &str) -> Vec<u32> {
+    let objects = text.split("data: {\"object\":\"o").skip(1);
+    let numbers = objects.map(|rest| rest.split('"').next().unwrap().parse().unwrap());
+    numbers.collect()
+}
+
+#[test]
+fn who_moves_is_told_before_what_does_not_and_waits_for_none_of_it() {
+    let outbox = Outbox::default();
+    let reader = outbox.attach(None);
+    (0..10).for_each(|i| outbox.push(&info(i, false)));
+    assert!(outbox.is_drained(), "those who move need not wait");
+    assert_eq!(read(&outbox, reader), "", "nobody has said yet that there are none");
+    outbox.push(&info(10, true));
+    outbox.let_aside_go(true);
+    outbox.push(&info(11, true));
+    assert_eq!(introduced(&read(&outbox, reader))[..3], [10, 11, 0]);
+    outbox.push(&info(12, false));
+    assert_eq!(introduced(&read(&outbox, reader)), [12]);
+    let again = outbox.attach(None);
+    outbox.push(&Event::Resync { reason: Void::Unknown });
+    outbox.push(&info(13, false));
+    let woken = Arc::new(Woken::default());
+    read(&outbox, again);
+    let waker = woken.clone().into();
+    assert!(outbox.poll(again, &Context::from_waker(&waker)).is_pending());
+    outbox.let_aside_go(true);
+    assert_eq!(woken.0.load(Ordering::Relaxed), 1);
+    assert_eq!(introduced(&read(&outbox, again)), [13], "and no more of what is void");
+}
+
+#[test]
+fn of_what_does_not_move_nothing_of_an_earlier_revision_is_told() {
+    let revision = || Event::Revision {
+        revision: Revision([7; 8]),
+        manifest: Manifest(BlobName::of(b"of a scene", "json").unwrap()),
+    };
+    for free in [false, true] {
+        let outbox = Outbox::default();
+        let reader = outbox.attach(None);
+        outbox.let_aside_go(free);
+        outbox.push(&info(1, false));
+        outbox.push(&info(2, true));
+        outbox.push(&revision());
+        outbox.push(&info(3, false));
+        let mut text = read(&outbox, reader);
+        assert_eq!(introduced(&text).contains(&3), free, "it is let go as before");
+        outbox.let_aside_go(true);
+        text += &read(&outbox, reader);
+        assert_eq!(names(&text), ["object-info", "revision", "object-info"]);
+        assert_eq!(introduced(&text), [2, 3]);
+    }
+    let outbox = Outbox::default();
+    outbox.attach(None);
+    while outbox.has_room() {
+        outbox.push(&info(1, false));
+    }
+    outbox.push(&revision());
+    assert!(outbox.has_room(), "its room is given back");
+}
+
+#[test]
+fn what_does_not_move_is_told_in_the_end_where_somebody_always_waits() {
+    let outbox = Outbox::default();
+    let reader = outbox.attach(None);
+    let stands: Vec<_> = (0..5).collect();
+    stands.iter().for_each(|i| outbox.push(&info(*i, false)));
+    let (mut told, mut pieces) = (Vec::new(), 0);
+    for i in 100.. {
+        outbox.push(&info(i, true));
+        let heard = introduced(&read(&outbox, reader));
+        assert_eq!(heard[0], i, "whoever moves comes first");
+        told.extend(heard.into_iter().skip(1));
+        pieces += 1;
+        if told.len() == stands.len() {
+            break;
+        }
+    }
+    assert_eq!(told, stands);
+    assert!(pieces >= 5 * 8, "and not more than a little at a time: {pieces}");
+}
+
+#[test]
+fn what_does_not_move_pushes_nothing_else_out() {
+    let outbox = Outbox::default();
+    let reader = outbox.attach(None);
+    let mut stands = 0;
+    while outbox.has_room() {
+        outbox.push(&info(stands, false));
+        stands += 1;
+    }
+    let mut moves = 0;
+    while outbox.state().queue_bytes < QUEUE_BYTES - 2_000 {
+        outbox.push(&info(1 << 30 | moves, true));
+        moves += 1;
+    }
+    assert_eq!(outbox.state().missed, None);
+    outbox.let_aside_go(true);
+    assert_eq!(introduced(&read(&outbox, reader)).len() as u32, stands + moves);
+    assert!(outbox.has_room(), "it is given back");
 }
 
 #[test]

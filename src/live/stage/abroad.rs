@@ -60,16 +60,16 @@ impl Stage {
             let closed = may_move_doors.then(|| self.world.closed());
             abroad.exchange.take(said, &mut self.world, now_ms);
             if closed.is_some_and(|closed| closed != self.world.closed()) {
-                self.show_statics_to_all(false);
+                self.show_statics_to_all();
             }
         }
     }
 
     /// Tells others what has changed.
-    pub(super) async fn exchange(&mut self, handle: &StageHandle) {
+    pub(super) fn exchange(&mut self, handle: &StageHandle) {
         // Where nobody is nothing ticks; but who stays behind in an old revision would hear nobody and think itself alone.
         if self.world.is_empty() {
-            self.follow(handle).await;
+            self.follow(handle);
         }
         let now_ms = self.live.now_ms();
         let Some(abroad) = &mut self.abroad else { return };
@@ -90,7 +90,7 @@ impl Stage {
         letters.iter().for_each(|letter| abroad.link.send(letter));
         abroad.nodes.count_others(&self.scene, abroad.exchange.peers().count());
         if abroad.exchange.takes_charge(now_ms) {
-            self.restore_movers(handle).await;
+            self.find_kept(handle);
         }
     }
 

@@ -2,26 +2,26 @@
 //!
 //! It takes messages, ticks, follows new revisions and ends leases. Poses that come too fast are refused, and the newest
 //! of them is taken in the next tick. What moves when nothing was told for a tick is told at once. What changes the
-//! rules' world goes through its [`Journal`], so that all of it can be recorded.
+//! rules' world goes through its [`Journal`], so that all of it can be recorded. Once it runs it waits for neither store nor
+//! catalogue: what it needs from there is read beside it and comes in as a message.
 
 mod abroad;
 mod deliver;
 mod ground;
+mod steps;
 mod tick;
 
 use std::{
-    collections::BTreeMap,
-    sync::{Arc, atomic::Ordering},
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
     time::Instant,
 };
 
 use belvedere_live::{
-    Ms,
-    event::{Event, Hello, SessionId},
+    event::SessionId,
     journal::Journal,
-    motion::LONGEST_EXTRAPOLATION_MS,
     pace::Bucket,
-    world::{Moved, Seen, Sent, Visitor},
+    world::{Moved, Sent},
 };
 use belvedere_scene::{ObjectId, Revision, SceneName};
 use tokio::{
@@ -29,20 +29,17 @@ use tokio::{
     time::MissedTickBehavior,
 };
 
-use self::abroad::Abroad;
+use self::{abroad::Abroad, steps::Waiting};
 use super::{
-    Live, LiveError,
+    Live, LiveError, Token,
     door_pace::DoorPace,
-    ids::avatar_of,
     keeping::{DoorToKeep, Keeping},
-    message::{Message, StageHandle},
+    message::{Message, StageHandle, Step},
     outbox::Outbox,
-    statics::{self, View},
+    screens,
+    statics::View,
     terrain::Terrain,
 };
-
-/// Poses a session may send at once, and a second.
-const POSES: (f64, f64) = (60.0, 60.0);
 
 /// Starts the task of a scene.
 pub(super) fn start(live: Live, scene: SceneName) -> StageHandle {
@@ -77,9 +74,17 @@ async fn run(
         scene: scene.clone(),
         terrain,
         people: BTreeMap::new(),
+        views: BTreeMap::new(),
         late: BTreeMap::new(),
+        waiting: Waiting::new(),
+        learning_ahead: false,
         unreadable: None,
+        following: false,
+        outside: Vec::new(),
+        doors_to_come: Vec::new(),
+        destroyed: None,
         proving: false,
+        no_screens: screens::Unreadable::default(),
         ticked: false,
         moved: false,
         told_at: Instant::now(),
@@ -100,7 +105,10 @@ async fn run(
         tokio::select! {
             message = inbox.recv() => match message {
                 Some(message) => {
-                    stage.take(message).await;
+                    stage.take(message, handle).await;
+                    for message in stage.let_in() {
+                        stage.take(message, handle).await;
+                    }
                     // What comes together is told together.
                     if inbox.is_empty() && stage.hurries() {
                         stage.tick(handle).await;
@@ -110,10 +118,13 @@ async fn run(
                 None => return Ok(()),
             },
             _ = ticks.tick(), if !stage.world.is_empty() => stage.tick(handle).await,
-            _ = rounds.tick(), if stage.abroad.is_some() => stage.exchange(handle).await,
+            _ = rounds.tick(), if stage.abroad.is_some() => stage.exchange(handle),
         }
         stage.find_screens(handle);
         stage.deliver().await;
+        if stage.ticked {
+            stage.let_statics_go();
+        }
         stage.record().await;
         handle.count(stage.world.counts());
     }
@@ -125,12 +136,27 @@ struct Stage {
     terrain: Terrain,
     world: Journal,
     people: BTreeMap<SessionId, Person>,
+    /// From where those look who are told of what does not move.
+    views: BTreeMap<SessionId, watch::Sender<View>>,
     /// The newest of the poses of each session that came too fast.
     late: BTreeMap<SessionId, Sent>,
-    /// A newer revision that could not be read.
-    unreadable: Option<Revision>,
+    waiting: Waiting,
+    /// Somebody reads what is seen from cells that people are on their way to.
+    learning_ahead: bool,
+    /// A newer revision that could not be read, and when that was tried.
+    unreadable: Option<(Revision, Instant)>,
+    /// Somebody is reading a newer revision.
+    following: bool,
+    /// Who comes in, and waits for that one.
+    outside: Vec<Message>,
+    /// Doors of that one, and who moves them.
+    doors_to_come: Vec<(DoorToKeep, Token)>,
+    /// While somebody reads which movers were kept: those that were destroyed meanwhile.
+    destroyed: Option<BTreeSet<ObjectId>>,
     /// Somebody is finding out what closed doors hide.
     proving: bool,
+    /// What cannot be read for that.
+    no_screens: screens::Unreadable,
     /// Something has been written for which a tick has passed.
     ticked: bool,
     /// Somebody has moved since the last tick.
@@ -153,7 +179,6 @@ struct Stage {
 struct Person {
     outbox: Arc<Outbox>,
     poses: Bucket,
-    view: Option<watch::Sender<View>>,
     /// What the rules know of whether somebody listens.
     listens: bool,
     /// And of whether somebody hears at once.
@@ -163,37 +188,21 @@ struct Person {
 }
 
 impl Stage {
-    async fn take(&mut self, message: Message) {
-        // Whoever has stopped waiting for an answer needs none, and has nothing.
+    async fn take(&mut self, message: Message, handle: &StageHandle) {
+        if message.comes_in() && self.is_outdated(handle) {
+            self.outside.retain(|waiting| !waiting.is_forsaken());
+            self.outside.push(message);
+            return;
+        }
+        // Whoever has stopped waiting for an answer needs none; a newcomer says itself that it goes.
         match message {
-            Message::Open {
-                session,
-                object,
-                visitor,
-                outbox,
-                with_statics,
-                reply,
-            } => {
-                let opened = self.open((session, object), visitor, outbox, with_statics).await;
-                if reply.send(opened).is_err() {
-                    self.close(session);
-                }
-            }
-            Message::Pose { session, sent, reply } => _ = reply.send(self.pose(session, sent).await),
-            Message::Aoi { session, aoi, reply } => {
-                let set = self.world.set_aoi(session, aoi, self.live.now_ms());
-                self.has_moved(session);
-                self.show_statics(session, false);
-                _ = reply.send(set.map_err(LiveError::from));
-            }
-            Message::Close { session, reply } => {
-                self.close(session);
-                _ = reply.send(());
-            }
-            Message::PartFrom { session, reply } => {
-                self.part_from(session);
-                _ = reply.send(());
-            }
+            Message::Step(Step::Pose { session, sent, reply }) => self.pose(session, sent, reply, handle),
+            Message::Step(step) => self.step(step, handle),
+            Message::Learned {
+                published,
+                sights,
+                step,
+            } => self.learned(&published, sights, step, handle),
             Message::Create {
                 object,
                 owner,
@@ -205,10 +214,7 @@ impl Stage {
                 if stays && created.is_ok() {
                     self.stay(object);
                 }
-                if reply.send(created.map_err(LiveError::from)).is_err() {
-                    self.forget(object);
-                    self.world.destroy(object, self.live.now_ms());
-                }
+                _ = reply.send(created.map_err(LiveError::from));
             }
             Message::TakeOver { object, new, reply } => _ = reply.send(self.take_over(object, new)),
             Message::Move { moves, reply } => {
@@ -216,6 +222,9 @@ impl Stage {
                 _ = reply.send(moved.collect());
             }
             Message::Destroy { object, reply } => {
+                if let Some(destroyed) = &mut self.destroyed {
+                    destroyed.insert(object);
+                }
                 self.forget(object);
                 self.world.destroy(object, self.live.now_ms());
                 _ = reply.send(());
@@ -226,23 +235,18 @@ impl Stage {
                 who,
                 reply,
             } => {
-                let now_ms = self.live.now_ms();
-                if let Err(retry_ms) = self.door_pace.take(who, door.object, now_ms) {
-                    _ = reply.send(Err(LiveError::Rattled { retry_ms }));
-                    return;
-                }
-                self.world.set_door(door.object, &door.bounds, door.open, now_ms);
-                self.show_statics_to_all(false);
-                if let Some(abroad) = &mut self.abroad {
-                    abroad.exchange.set_door(door.object, &door.bounds, door.open);
-                }
-                self.keeping.keep_door(DoorToKeep { revision, door, reply }).await;
+                self.move_door(DoorToKeep { revision, door, reply }, who, handle);
             }
             Message::IsOpen { door, reply } => _ = reply.send(self.world.is_open(door)),
             Message::Ready { reply } => _ = reply.send(()),
+            Message::Newer { terrain, read } => self.go_on(terrain, read, handle).await,
+            Message::Kept(movers) => {
+                let destroyed = self.destroyed.take().unwrap_or_default();
+                let there = movers.into_iter().filter(|(object, ..)| !destroyed.contains(object));
+                self.put_back(there.collect(), handle);
+            }
             Message::Heard { revision, said } => self.hear(revision, *said),
-            Message::Screen(screen) => self.screen(&screen),
-            Message::ScreensFound => self.proving = false,
+            Message::Screen { revision, screen } => self.screen(revision, screen),
         }
     }
 
@@ -253,90 +257,40 @@ impl Stage {
         Ok(moved)
     }
 
-    async fn open(
-        &mut self,
-        (session, object): (SessionId, ObjectId),
-        visitor: Visitor,
-        outbox: Arc<Outbox>,
-        with_statics: bool,
-    ) -> Result<(Seen, Ms), LiveError> {
-        let (position, aoi) = (visitor.pose.position, visitor.aoi);
-        // Until a stream is opened nobody does.
-        let visitor = Visitor {
-            listens: false,
-            ..visitor
-        };
-        self.learn(self.world.unknown_at(position, visitor.max_speed_mps))
-            .await?;
-        let now_ms = self.live.now_ms();
-        self.adopt(object);
-        let seen = self.world.open(session, object, visitor, now_ms)?;
-        if let Some(hello) = self.hello(session) {
-            outbox.push(&hello);
+    /// Moves a door, as soon as it is one of the revision that visitors are in.
+    fn move_door(&mut self, asked: DoorToKeep, who: Token, handle: &StageHandle) {
+        let current = self.terrain.published.pointer.revision;
+        if asked.revision == current {
+            self.set_door(asked, who);
+        } else if self.follow(handle) {
+            self.doors_to_come.retain(|(asked, _)| !asked.reply.is_closed());
+            self.doors_to_come.push((asked, who));
+        } else {
+            _ = asked.reply.send(Err(if self.is_unreadable(asked.revision) {
+                LiveError::Unreadable
+            } else {
+                LiveError::Moved { current }
+            }));
         }
-        let view = with_statics.then(|| {
-            let (view, seen) = watch::channel(View {
-                published: self.terrain.published.clone(),
-                closed: self.world.closed(),
-                position,
-                enter_m: aoi.enter_m,
-                round: 0,
-            });
-            let (outbox, stopping) = (outbox.clone(), self.live.0.stopping.clone());
-            tokio::spawn(async move { stopping.run_until_cancelled(statics::tell(seen, outbox)).await });
-            view
-        });
-        let person = Person {
-            outbox,
-            poses: Bucket::full(POSES.0, POSES.1, now_ms),
-            view,
-            listens: false,
-            wakeable: false,
-            moved: false,
+    }
+
+    /// Moves a door of this revision, unless that cannot be kept.
+    fn set_door(&mut self, asked: DoorToKeep, who: Token) {
+        let (door, now_ms) = (asked.door, self.live.now_ms());
+        let Some(place) = self.keeping.place_for_door() else {
+            _ = asked.reply.send(Err(LiveError::Behind));
+            return;
         };
-        self.people.insert(session, person);
-        Ok((seen, now_ms))
-    }
-
-    /// What a session is told first.
-    fn hello(&self, session: SessionId) -> Option<Event> {
-        let settings = &self.live.0.settings;
-        Some(Event::Hello(Hello {
-            session,
-            object: avatar_of(session)?,
-            scene: self.scene.clone(),
-            revision: self.terrain.published.pointer.revision,
-            cell: self.world.place_of(session).ok()?.cell,
-            now_ms: self.live.now_ms(),
-            tick_ms: settings.tick.as_millis() as Ms,
-            lease_ms: settings.lease.as_millis() as Ms,
-            extrapolate_ms: LONGEST_EXTRAPOLATION_MS,
-            network: self.network(),
-        }))
-    }
-
-    async fn pose(&mut self, session: SessionId, sent: Sent) -> Result<Seen, LiveError> {
-        let now_ms = self.live.now_ms();
-        if let Some(person) = self.people.get_mut(&session) {
-            person.outbox.sign();
-            if !person.poses.take(1.0, now_ms) {
-                self.late.insert(session, sent);
-                self.live.0.tally.floods.fetch_add(1, Ordering::Relaxed);
-                let retry_ms = person.poses.wait_ms(1.0);
-                return Err(LiveError::Flooded { retry_ms });
-            }
-            self.late.remove(&session);
+        if let Err(retry_ms) = self.door_pace.take(who, door.object, now_ms) {
+            _ = asked.reply.send(Err(LiveError::Rattled { retry_ms }));
+            return;
         }
-        self.apply(session, sent).await
-    }
-
-    async fn apply(&mut self, session: SessionId, sent: Sent) -> Result<Seen, LiveError> {
-        self.learn(self.world.unknown_to(session, sent.position)).await?;
-        let seen = self.world.pose(session, sent, self.live.now_ms())?;
-        self.moved = true;
-        self.has_moved(session);
-        self.show_statics(session, false);
-        Ok(seen)
+        place.send(asked);
+        self.world.set_door(door.object, &door.bounds, door.open, now_ms);
+        self.show_statics_to_all();
+        if let Some(abroad) = &mut self.abroad {
+            abroad.exchange.set_door(door.object, &door.bounds, door.open);
+        }
     }
 
     fn has_moved(&mut self, session: SessionId) {
@@ -345,15 +299,15 @@ impl Stage {
         }
     }
 
-    fn show_statics_to_all(&mut self, anew: bool) {
-        let sessions: Vec<_> = self.people.keys().copied().collect();
+    fn show_statics_to_all(&mut self) {
+        let sessions: Vec<_> = self.views.keys().copied().collect();
         sessions
             .into_iter()
-            .for_each(|session| self.show_statics(session, anew));
+            .for_each(|session| self.show_statics(session, false));
     }
 
     fn show_statics(&mut self, session: SessionId, anew: bool) {
-        let Some(view) = self.people.get(&session).and_then(|person| person.view.as_ref()) else {
+        let Some(view) = self.views.get(&session) else {
             return;
         };
         if let Some((position, aoi)) = self.world.standpoint(session) {
@@ -367,6 +321,16 @@ impl Stage {
         }
     }
 
+    /// Has those told of what does not move who have been told of all who do.
+    fn let_statics_go(&self) {
+        for session in self.views.keys() {
+            if let Some(person) = self.people.get(session) {
+                let free = person.listens && self.world.is_informed(*session);
+                person.outbox.let_aside_go(free);
+            }
+        }
+    }
+
     /// A session ends.
     fn close(&mut self, session: SessionId) {
         self.live.0.ledger.end(session);
@@ -375,8 +339,10 @@ impl Stage {
 
     /// A session is here no more.
     fn part_from(&mut self, session: SessionId) {
+        self.live.0.ledger.part(session);
         self.world.close(session, self.live.now_ms());
         self.people.remove(&session);
+        self.views.remove(&session);
         self.late.remove(&session);
         self.live.0.registry.end_session(session);
     }

@@ -25,18 +25,17 @@ impl Stage {
     }
 
     pub(super) async fn tick(&mut self, handle: &StageHandle) {
-        self.follow(handle).await;
+        self.follow(handle);
         self.end_silent_sessions();
-        for (session, sent) in std::mem::take(&mut self.late) {
-            // It was refused once already; what is wrong with it would have been told then.
-            _ = self.apply(session, sent).await;
-        }
+        self.step_late(handle);
         self.end_silent_movers(handle);
         self.moved = false;
         let looks = handle.take_readers_changed();
         if looks {
             self.attend();
         }
+        self.learn_ahead(handle);
+        self.make_room();
         self.world.tick(self.live.now_ms());
         self.ticked = true;
         self.keeping.keep(&self.live.0.sources.catalogue, self.live.now_ms());
@@ -58,6 +57,20 @@ impl Stage {
             let wakeable = listens && person.outbox.is_read();
             if std::mem::replace(&mut person.wakeable, wakeable) != wakeable {
                 self.world.wakeable(*session, wakeable, now_ms);
+            }
+        }
+    }
+
+    /// Whoever has taken what was waiting may be told of more.
+    fn make_room(&mut self) {
+        let waiting: Vec<_> = self.world.wants_room().collect();
+        for session in waiting {
+            if self
+                .people
+                .get(&session)
+                .is_some_and(|person| person.outbox.is_drained())
+            {
+                self.world.make_room(session, self.live.now_ms());
             }
         }
     }
@@ -128,15 +141,15 @@ impl Stage {
 
     /// Hands on what has been written since the last tick.
     pub(super) async fn record(&mut self) {
+        let ticked = std::mem::take(&mut self.ticked);
         let Some(recorder) = &self.live.0.sources.recorder else {
             return;
         };
-        if (self.ticked || self.world.is_empty())
+        if (ticked || self.world.is_empty())
             && let Some(written) = self.world.written()
         {
             recorder.write(&self.scene, written).await;
         }
-        self.ticked = false;
     }
 }
 

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { Vec3 } from "../geometry.ts";
+import type { Vec3 } from "../basics/geometry.ts";
 import { colourOf, Gait, isFar, nearestFrame, type Pose } from "./crowd.ts";
 import type { Quaternion } from "./motion.ts";
 

@@ -2,8 +2,8 @@
  * How does a crowd walk? Each of its people is shown at the moment of a round of two steps that fits the way that they have
  * gone, so that no foot slides, and each wears a colour of their own. Far ones are drawn by pictures, near ones are not.
  */
-import type { Vec3 } from "../geometry.ts";
-import { type Eye, screenError_px } from "../screenerror.ts";
+import type { Vec3 } from "../basics/geometry.ts";
+import { type Eye, screenError_px } from "../strategy/sight.ts";
 import type { Quaternion } from "./motion.ts";
 
 /** Two moments, and how much of the second is in what is shown. */

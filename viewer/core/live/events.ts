@@ -1,7 +1,7 @@
 /** What does a live session tell? The events of docs/LIVE.md as values; what they hold beyond that is ignored. */
-import type { Vec3 } from "../geometry.ts";
-import { type Impostor, readImpostor } from "../impostordocument.ts";
-import { Json } from "../json.ts";
+import type { Vec3 } from "../basics/geometry.ts";
+import { Json } from "../basics/json.ts";
+import { type Impostor, readImpostor } from "../documents/impostordocument.ts";
 import type { MoverPose } from "./motion.ts";
 
 export type LiveEvent =
@@ -16,13 +16,20 @@ export type LiveEvent =
       readonly worn: Worn | undefined;
     }
   | { readonly kind: "move"; readonly poses: readonly { readonly object: number; readonly pose: MoverPose }[] }
-  | { readonly kind: "vanish"; readonly objects: readonly number[] }
+  | {
+      readonly kind: "vanish";
+      readonly objects: readonly number[];
+      /** They are only hidden, and may be told of again without an info. */
+      readonly mayReturn: boolean;
+    }
   | { readonly kind: "rate"; readonly periods: readonly { readonly object: number; readonly period_ms: number }[] }
   | { readonly kind: "hush"; readonly hush: Hush }
   | { readonly kind: "wake" }
   | { readonly kind: "door"; readonly object: number; readonly open: boolean }
   | { readonly kind: "revision"; readonly revision: string }
-  | { readonly kind: "resync" };
+  | { readonly kind: "resync" }
+  /** Not of the server: nothing is heard of it for a while. */
+  | { readonly kind: "silence" };
 
 /** Pictures of the model that a mover wears. */
 export interface Worn {
@@ -82,7 +89,11 @@ export function readEvent(name: (typeof EVENT_NAMES)[number], data: string): Liv
         poses: json.field("objects").list((one) => ({ object: one.field("object").id("o"), pose: readPose(one) })),
       };
     case "object-gone":
-      return { kind: "vanish", objects: json.field("objects").list((id) => id.id("o")) };
+      return {
+        kind: "vanish",
+        objects: json.field("objects").list((id) => id.id("o")),
+        mayReturn: json.field("reason").text() === "hidden",
+      };
     case "rate":
       return {
         kind: "rate",

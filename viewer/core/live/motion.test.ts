@@ -1,5 +1,4 @@
 import { expect, it } from "vitest";
-import { Company } from "./company.ts";
 import { readEvent } from "./events.ts";
 import { extrapolate, type MoverPose, SmoothMotion } from "./motion.ts";
 import { Speaker } from "./speaker.ts";
@@ -35,45 +34,6 @@ it("but a teleport is one", () => {
   const motion = new SmoothMotion(pose(0, 0), 0, 2000);
   motion.correct(pose(10, 40), 10);
   expect(motion.at(10).position[0]).toBe(40);
-});
-
-it("a company is what the events add up to, in one's own time", () => {
-  const company = new Company();
-  const tell = (name: Parameters<typeof readEvent>[0], data: unknown, now_ms: number) => {
-    const event = readEvent(name, JSON.stringify(data));
-    if (event) company.take(event, now_ms);
-  };
-  const at = (t_ms: number, x: number) => ({
-    t_ms,
-    position: [x, 0, 0],
-    orientation: [0, 0, 0, 1],
-    velocity: [1, 0, 0],
-  });
-  tell("hello", { now_ms: 1_000_000, extrapolate_ms: 2000, revision: "r" }, 500);
-  tell(
-    "object-info",
-    { object: "o100000001", source_node: "Ada", pose: at(1_000_000, 3), radius_m: 0.5, period_ms: 100 },
-    500,
-  );
-  tell("object-info", { object: "o7", source_node: "a chair" }, 500);
-  expect(company.movers(1500)).toMatchObject([
-    { object: 100_000_001, name: "Ada", position: [4, 0, 0], period_ms: 100 },
-  ]);
-  tell("rate", { objects: [{ object: "o100000001", period_ms: 800 }] }, 1500);
-  expect(company.movers(1500)[0]?.period_ms).toBe(800);
-  tell("object-gone", { objects: ["o100000001"], reason: "hidden" }, 1500);
-  expect(company.movers(1500)).toEqual([]);
-  tell("object-pos", { t_ms: 1_002_000, objects: [{ object: "o100000001", ...at(1_002_000, 9) }] }, 2500);
-  expect(company.movers(2500)).toMatchObject([{ name: "Ada", position: [9, 0, 0] }]);
-  tell("door", { object: "o5", open: false }, 2500);
-  expect([...company.closedDoors]).toEqual([5]);
-  tell("door", { object: "o5", open: true }, 2500);
-  expect([...company.closedDoors]).toEqual([]);
-  tell("door", { object: "o6", open: false }, 2500);
-  tell("revision", { revision: "0011223344556677" }, 2500);
-  expect([...company.closedDoors]).toEqual([]);
-  tell("resync", { reason: "missed" }, 2500);
-  expect(company.movers(2500)).toEqual([]);
 });
 
 it("whoever wears a model is told of with its pictures, and how large it is", () => {

@@ -3,7 +3,7 @@
  * §3.4): it goes on as its last pose says. When the next one contradicts, what is drawn does not jump: the difference
  * fades away.
  */
-import { add, length, scale, subtract, type Vec3 } from "../geometry.ts";
+import { add, length, scale, subtract, type Vec3 } from "../basics/geometry.ts";
 
 export type Quaternion = readonly [number, number, number, number];
 

@@ -1,68 +1,6 @@
 import { expect, it, vi } from "vitest";
-import { Tree } from "../tree.ts";
-import type { LiveEvent } from "./events.ts";
-import { type EventStream, Session } from "./session.ts";
-
-interface Sent {
-  readonly method: string;
-  readonly url: string;
-  readonly body: Record<string, unknown> | undefined;
-  readonly token: string | null;
-}
-
-/** A server of one scene whose answers can be changed. */
-function server(link: string | undefined) {
-  const sent: Sent[] = [];
-  const streams: { url: string; listeners: Map<string, (event: { data: string }) => void>; stream: EventStream }[] = [];
-  const events: LiveEvent[] = [];
-  const clock = { now_ms: 0, poseStatus: 200, eventsStatus: 200 };
-  const fetch = async (url: string, init: RequestInit): Promise<Response> => {
-    const method = init.method ?? "GET";
-    const token = new Headers(init.headers).get("Authorization");
-    sent.push({ method, url, body: init.body ? JSON.parse(String(init.body)) : undefined, token });
-    if (url.endsWith("/events")) return new Response(null, { status: clock.eventsStatus });
-    if (method === "HEAD") return new Response(null, { headers: link ? { Link: link } : {} });
-    if (method === "POST") {
-      const opened = {
-        session: "s1",
-        token: "t",
-        object: "o100000000",
-        cell: "c0",
-        events_url: "/v1/sessions/s1/events",
-        now_ms: 0,
-      };
-      return Response.json(opened, { status: 201 });
-    }
-    if (url.endsWith("/pose")) return Response.json({ cell: "c0", hush: null }, { status: clock.poseStatus });
-    return Response.json({});
-  };
-  const listen = (url: string) => {
-    const listeners = new Map<string, (event: { data: string }) => void>();
-    const stream: EventStream = {
-      addEventListener: (name, listener) => listeners.set(name, listener),
-      onerror: null,
-      readyState: 1,
-      close: () => {},
-    };
-    streams.push({ url, listeners, stream });
-    return stream;
-  };
-  const tree = new Tree("https://host/sub/");
-  const parts = {
-    tree,
-    scene: "rooms",
-    fetch,
-    listen,
-    now_ms: () => clock.now_ms,
-    told: (event: LiveEvent) => events.push(event),
-  };
-  return { parts, sent, streams, events, clock };
-}
-
-const LINK = '</v1/scenes/rooms/sessions>; rel="sessions"';
-const self = (x: number) => ({ position: [x, 1.6, 0], orientation: [0, 0, 0, 1], velocity: [0, 0, 0] }) as const;
-const methods = (sent: readonly Sent[]) =>
-  sent.map(({ method, url }) => `${method} ${url.replace("https://host/sub", "")}`);
+import { LINK, methods, refuse, self, liveServer as server } from "../../test/liveserver.ts";
+import { Session } from "./session.ts";
 
 it("asks nothing more of a tree that offers no sessions", async () => {
   const { parts, sent } = server(undefined);
@@ -78,7 +16,7 @@ it("opens once, listens with its token, speaks, moves doors and leaves", async (
   await vi.waitFor(() => expect(session?.isOpen).toBe(true));
   expect(streams.map(({ url }) => url)).toEqual(["https://host/sub/v1/sessions/s1/events?token=t"]);
   session?.update(self(1));
-  await session?.setDoor(7, false);
+  expect(await session?.setDoor(7, false)).toBe(true);
   streams[0]?.listeners.get("door")?.({ data: '{"object": "o7", "open": false}' });
   expect(events).toContainEqual({ kind: "door", object: 7, open: false });
   session?.close();
@@ -147,8 +85,8 @@ it("says again, after a pause, what was not heard", async () => {
   await standAt(1500);
   expect(said()).toBe(1);
   clock.poseStatus = 200;
-  await standAt(2100);
   await standAt(2300);
+  await standAt(2500);
   expect(said()).toBe(2);
 });
 
@@ -170,13 +108,6 @@ it("opens anew, after a pause, when the session has ended", async () => {
   expect(sent.filter(({ method }) => method === "POST").length).toBe(2);
 });
 
-/** What a browser does with a stream that was answered with anything else. */
-function refuse(stream: EventStream | undefined): void {
-  const refused = stream as unknown as { onerror: () => void; readyState: number };
-  refused.readyState = 2;
-  refused.onerror();
-}
-
 it("listens again, with the same token, when a proxy has refused its stream while the server was away", async () => {
   const { parts, sent, streams, clock, events } = server(LINK);
   const session = await Session.offered(parts);
@@ -189,7 +120,7 @@ it("listens again, with the same token, when a proxy has refused its stream whil
   for (const times of [1, 2]) {
     session?.update(self(0));
     expect(asked()).toBe(times - 1);
-    clock.now_ms += 3001;
+    clock.now_ms += 3001 * times;
     session?.update(self(0));
     await new Promise((done) => setTimeout(done));
     expect(asked()).toBe(times);
@@ -197,7 +128,7 @@ it("listens again, with the same token, when a proxy has refused its stream whil
   expect(session?.isOpen).toBe(true);
   clock.eventsStatus = 200;
   clock.poseStatus = 200;
-  clock.now_ms += 3001;
+  clock.now_ms += 10_000;
   session?.update(self(0));
   await vi.waitFor(() => expect(streams.length).toBe(2));
   expect(streams[1]?.url).toBe(streams[0]?.url);
@@ -210,7 +141,62 @@ it("listens again, with the same token, when a proxy has refused its stream whil
   expect(events.filter(({ kind }) => kind === "door")).toEqual([{ kind: "door", object: 2, open: true }]);
 });
 
-it("says anew where one is when all that was told is void", async () => {
+it("speaks on when a pose is never answered", async () => {
+  const timeouts: AbortController[] = [];
+  const timeout = vi.spyOn(AbortSignal, "timeout").mockImplementation(() => {
+    const controller = new AbortController();
+    timeouts.push(controller);
+    return controller.signal;
+  });
+  const { parts, sent, clock, hold } = server(LINK);
+  const session = await Session.offered(parts);
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  hold.poses = true;
+  const said = () => sent.filter(({ url }) => url.endsWith("/pose")).length;
+  session?.update(self(5));
+  clock.now_ms = 9000;
+  session?.update(self(9));
+  expect(said()).toBe(1);
+  for (const one of timeouts) one.abort();
+  await new Promise((done) => setTimeout(done));
+  clock.now_ms = 20_000;
+  session?.update(self(9));
+  expect(said()).toBe(2);
+  timeout.mockRestore();
+});
+
+it("what is on its way of a session that is lost neither holds up nor hushes the next one", async () => {
+  const { parts, sent, streams, clock, hold, held } = server(LINK);
+  const session = await Session.offered(parts);
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  const said = () => sent.filter(({ url }) => url.endsWith("/pose")).length;
+  hold.poses = true;
+  session?.update(self(0));
+  expect(said()).toBe(1);
+  hold.poses = false;
+  clock.eventsStatus = 404;
+  refuse(streams[0]?.stream);
+  clock.now_ms = 9000;
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(false));
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  session?.update(self(1));
+  expect(said()).toBe(2);
+  const hush = { tbv: { center: [0, 1.6, 0], radius_m: 99 }, until_ms: 1e9 };
+  for (const answer of held) answer({ cell: "c0", hush });
+  await new Promise((done) => setTimeout(done));
+  clock.now_ms = 10_000;
+  session?.update(self(5));
+  expect(said()).toBe(3);
+});
+
+it.each([
+  ["resync", '{"reason": "missed"}'],
+  ["revision", '{"revision": "0011223344556677", "manifest": "/o/x.json"}'],
+])("says anew where one is when %s voids what was told", async (name, data) => {
   const { parts, sent, streams, clock } = server(LINK);
   const session = await Session.offered(parts);
   session?.update(self(0));
@@ -222,9 +208,20 @@ it("says anew where one is when all that was told is void", async () => {
     await new Promise((done) => setTimeout(done));
   }
   expect(said()).toBe(1);
-  streams[0]?.listeners.get("resync")?.({ data: '{"reason": "missed"}' });
+  streams[0]?.listeners.get(name)?.({ data });
   session?.update(self(0));
   expect(said()).toBe(2);
+});
+
+it("says when a door is none of the revision that others are in by now", async () => {
+  const { parts, clock } = server(LINK);
+  const session = await Session.offered(parts);
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  clock.doorStatus = 409;
+  expect(await session?.setDoor(7, false)).toBe(false);
+  clock.doorStatus = 429;
+  await expect(session?.setDoor(7, false)).rejects.toThrow("429");
 });
 
 it("opens anew when its stream is refused because the session has ended or lives elsewhere", async () => {

@@ -1,29 +1,23 @@
 /**
  * How does one take part in a live scene? Opens a session where the server offers them, listens to its events, says
- * where one is and opens it anew when it has ended. While the server is away the session stays: it goes on when the same
- * one or another is back. A static tree offers none, and nothing is asked of it.
+ * where one is and opens it anew when it has ended. While the server is away the session stays, and nothing is said: it goes on when
+ * the same one or another is back, which is asked after less and less often. A static tree offers none, and nothing is asked of it.
  */
-import type { Vec3 } from "../geometry.ts";
-import { Json } from "../json.ts";
-import type { Tree } from "../tree.ts";
-import { EVENT_NAMES, type LiveEvent, readEvent, readHush } from "./events.ts";
+import type { Vec3 } from "../basics/geometry.ts";
+import { Json } from "../basics/json.ts";
+import { Pauses } from "../fetch/pauses.ts";
+import type { Tree } from "../fetch/tree.ts";
+import { type LiveEvent, readEvent, readHush } from "./events.ts";
+import { type Clock, type EventStream, Hearing } from "./hearing.ts";
 import type { Quaternion } from "./motion.ts";
 import { Speaker } from "./speaker.ts";
-
-/** What of `EventSource` is needed. */
-export interface EventStream {
-  addEventListener(name: string, listener: (event: { readonly data: string }) => void): void;
-  onerror: ((this: never, event: never) => unknown) | null;
-  readonly readyState: number;
-  close(): void;
-}
 
 export interface SessionParts {
   readonly tree: Tree;
   readonly scene: string;
   readonly fetch: (url: string, init: RequestInit) => Promise<Response>;
   readonly listen: (url: string) => EventStream;
-  readonly now_ms: () => number;
+  readonly clock: Clock;
   readonly told: (event: LiveEvent) => void;
 }
 
@@ -33,47 +27,71 @@ export interface Participant {
   readonly velocity: Vec3;
 }
 
+type Said = Participant & { readonly t_ms: number };
+
 interface Opened {
   readonly session: string;
   readonly token: string;
-  /** Where its events are told. */
-  readonly events: string;
-  stream: EventStream;
-  /** When to ask for its stream again; `undefined` while that lasts, or comes back by itself. */
-  listen_ms: number | undefined;
+  readonly hearing: Hearing;
+  readonly speaker: Speaker;
+  /** Whether a pose is on its way, and what is said after it. */
+  sending: boolean;
+  next: Said | undefined;
+  /** After a pose that was not heard. */
+  readonly saying: Pauses;
+  /** How often the stream has woken it. */
+  wakes: number;
 }
 
 /** The area of interest: what comes nearer is told of, what goes further is not any more. */
 export const AOI = { enter_m: 50, leave_m: 60 } as const;
 /** A promise: nobody walks faster in this viewer. Who flies faster counts as jumping. */
 const MAX_SPEED_MPS = 5.5;
-const STREAM_CLOSED = 2;
-const AGAIN_AFTER_MS = 5000;
-/** A stream that was refused is asked for again after so long, give or take half of it. */
-const LISTEN_AFTER_MS = 2000;
+/** Between two sessions, and two poses of which the first was not heard. */
+const OPENING = { first_ms: 5000, longest_ms: 120_000 };
+const SAYING = { first_ms: 1000, longest_ms: 60_000 };
+/** What voids a promise to say nothing. */
+const VOIDING: ReadonlySet<LiveEvent["kind"]> = new Set(["wake", "resync", "revision"]);
 /** The session has ended, or its requests do not reach where it lives. */
 const LOST = [401, 403, 404, 421];
-/** After a pose that was not heard nothing is said for so long. */
-const AFTER_A_FAILURE_MS = 1000;
+/** The object is none of the revision that the scene has by now. */
+const NEWER_REVISION = 409;
+/** What is not answered within so long is given up. */
+const ANSWERED_WITHIN_MS = 10_000;
+/** While one begins: on a slow line that waits behind first downloads, and nobody could end a session that was given up. */
+const OPENED_WITHIN_MS = 60_000;
+
+/** Nobody can say just now whether there are sessions. */
+export class NoAnswer extends Error {
+  override readonly name = "NoAnswer";
+  /** Of what was answered in its place, which may say when to ask again. */
+  readonly headers: Headers;
+
+  constructor({ status, headers }: Response) {
+    super(`the pointer was answered with ${status}`);
+    this.headers = headers;
+  }
+}
 
 export class Session {
-  private readonly speaker = new Speaker();
   private opened: Opened | undefined;
-  private sending = false;
-  /** How often the stream has woken it. */
-  private wakes = 0;
   private busy = false;
+  private readonly openings: Pauses;
   private again_ms = 0;
   private closed = false;
 
   private constructor(
     private readonly parts: SessionParts,
     private readonly url: string,
-  ) {}
+  ) {
+    this.openings = new Pauses(OPENING, parts.clock.random);
+  }
 
-  /** A session that is not open yet; `undefined` when the server offers none. */
+  /** A session that is not open yet; `undefined` when the server offers none. Fails where it does not answer. */
   static async offered(parts: SessionParts): Promise<Session | undefined> {
-    const answer = await parts.fetch(parts.tree.pointer(parts.scene), { method: "HEAD" });
+    const signal = AbortSignal.timeout(OPENED_WITHIN_MS);
+    const answer = await parts.fetch(parts.tree.pointer(parts.scene), { method: "HEAD", signal });
+    if (answer.status >= 500 || answer.status === 429) throw new NoAnswer(answer);
     const path = /<([^>]+)>\s*;\s*rel="?sessions"?/.exec(answer.headers.get("Link") ?? "")?.[1];
     return path ? new Session(parts, parts.tree.resolve(path)) : undefined;
   }
@@ -82,33 +100,50 @@ export class Session {
     return this.opened !== undefined;
   }
 
+  /** Whether it is open, and what it tells is heard. */
+  get isHeard(): boolean {
+    return this.opened?.hearing.isDown === false;
+  }
+
   /** Says where one is when that must be said; call it in every frame. */
   update(self: Participant): void {
-    const now_ms = this.parts.now_ms();
+    const now_ms = this.parts.clock.now_ms();
     const { opened } = this;
     if (!opened) {
       if (!this.busy && !this.closed && now_ms >= this.again_ms) void this.open(self);
       return;
     }
-    if (opened.listen_ms !== undefined && now_ms >= opened.listen_ms) void this.resume(opened);
-    if (this.sending) return;
-    const pose = this.speaker.speak(now_ms, self.position, self.orientation, self.velocity);
+    opened.hearing.look();
+    if (opened.sending || opened.hearing.isDown) return;
+    const pose = opened.speaker.speak(now_ms, self.position, self.orientation, self.velocity);
     if (pose) void this.say(opened, pose);
   }
 
-  /** Opens or closes a door for everybody; whether that worked is told as an event. */
-  async setDoor(object: number, open: boolean): Promise<void> {
+  /** Says at once that one stands here, since no frame may say anything for a while: others would let one walk on. */
+  rest({ position, orientation }: Omit<Participant, "velocity">): void {
+    const { opened } = this;
+    if (!opened || opened.hearing.isDown) return;
+    const pose = opened.speaker.rest(this.parts.clock.now_ms(), position, orientation);
+    if (!pose) return;
+    if (opened.sending) opened.next = pose;
+    else void this.say(opened, pose);
+  }
+
+  /** Opens or closes a door for everybody, which is told as an event. Answers `false` where others are in a newer revision. */
+  async setDoor(object: number, open: boolean): Promise<boolean> {
     const { opened } = this;
     if (!opened) throw new Error("the session is not open");
     const url = this.url.replace(/sessions$/, `doors/o${object}`);
     const answer = await this.send(url, "PUT", { open }, opened.token);
+    if (answer.status === NEWER_REVISION) return false;
     if (!answer.ok) throw new Error(`the door o${object} cannot be moved: ${answer.status}`);
+    return true;
   }
 
   /** Tells the server how much of what is visible is here, 0 to 1; nobody but its operator hears of it. */
   report(quality: number): void {
     const { opened } = this;
-    if (!opened) return;
+    if (!opened || opened.hearing.isDown) return;
     const url = this.parts.tree.resolve(`/v1/sessions/${opened.session}/quality`);
     // The next report says more than this one would have.
     void this.send(url, "PUT", { quality }, opened.token).catch(() => {});
@@ -120,7 +155,7 @@ export class Session {
     const { opened } = this;
     this.opened = undefined;
     if (!opened) return;
-    opened.stream.close();
+    opened.hearing.close();
     this.end(opened.session, opened.token);
   }
 
@@ -131,16 +166,17 @@ export class Session {
 
   private async open(self: Participant): Promise<void> {
     this.busy = true;
-    const t_ms = Math.round(this.parts.now_ms());
-    this.again_ms = t_ms + AGAIN_AFTER_MS;
+    const t_ms = Math.round(this.parts.clock.now_ms());
+    let answer: Response | undefined;
     try {
       const { position, orientation } = self;
       const asked = { position, orientation, aoi: AOI, max_speed_mps: MAX_SPEED_MPS, t_ms };
-      const answer = await this.send(this.url, "POST", asked);
+      answer = await this.send(this.url, "POST", asked);
       if (answer.ok) this.enter(Json.parse(await answer.text(), "the session"));
     } catch {
       // A server that is away may come back; the walk goes on without company meanwhile.
     } finally {
+      this.again_ms = this.openings.after(this.parts.clock.now_ms(), answer);
       this.busy = false;
     }
   }
@@ -155,82 +191,76 @@ export class Session {
     }
     try {
       const events = this.parts.tree.resolve(json.field("events_url").text());
-      this.speaker.keepQuiet(json.field("hush").optional(readHush));
-      this.opened = { session, token, events, stream: this.streamOf(events, token), listen_ms: undefined };
-      this.listen(this.opened);
+      const speaker = new Speaker();
+      speaker.keepQuiet(json.field("hush").optional(readHush));
+      const saying = new Pauses(SAYING, this.parts.clock.random);
+      const hearing = this.listen(events, token, () => opened);
+      const opened: Opened = { session, token, hearing, speaker, saying, sending: false, next: undefined, wakes: 0 };
+      this.opened = opened;
     } catch (error) {
       this.end(session, token);
       throw error;
     }
   }
 
-  private streamOf(events: string, token: string): EventStream {
-    return this.parts.listen(`${events}?token=${encodeURIComponent(token)}`);
-  }
-
-  private listen(opened: Opened): void {
-    this.parts.told({ kind: "resync" });
-    const { stream } = opened;
-    for (const name of EVENT_NAMES) {
-      stream.addEventListener(name, ({ data }) => {
-        const current = this.opened === opened && opened.stream === stream;
-        const event = current ? readEvent(name, data) : undefined;
-        if (event?.kind === "hush") this.speaker.keepQuiet(event.hush);
-        // What was said before may be as void as what was told: another server may have taken the session up.
-        if (event?.kind === "wake" || event?.kind === "resync") {
-          this.wakes += 1;
-          this.speaker.keepQuiet(undefined);
-        }
-        if (event) this.parts.told(event);
-      });
-    }
-    stream.onerror = () => {
-      // It reconnects by itself unless something else than a stream was answered, and does not say what.
-      if (stream.readyState === STREAM_CLOSED) this.listenLater(opened);
+  private listen(events: string, token: string, opened: () => Opened): Hearing {
+    const { clock, told, listen } = this.parts;
+    // What was said before may be as void as what was told: another server may have taken the session up, or walls may have gone.
+    const wake = () => {
+      opened().wakes += 1;
+      opened().speaker.keepQuiet(undefined);
     };
+    return new Hearing({
+      clock,
+      open: () => listen(`${events}?token=${encodeURIComponent(token)}`),
+      ask: () => this.send(events, "HEAD", undefined, token).catch(() => undefined),
+      isLost: ({ status }) => LOST.includes(status),
+      begins: () => told({ kind: "resync" }),
+      heard: (name, data) => {
+        const event = readEvent(name, data);
+        if (event?.kind === "hush") opened().speaker.keepQuiet(event.hush);
+        if (event && VOIDING.has(event.kind)) wake();
+        if (event) told(event);
+      },
+      // Also promises that are on their way.
+      breaks: wake,
+      givenUp: () => told({ kind: "silence" }),
+      // Where one is by now, whatever was not heard before.
+      back: () => opened().speaker.pause(clock.now_ms()),
+      lost: () => this.lose(opened()),
+    });
   }
 
-  private listenLater(opened: Opened): void {
-    opened.listen_ms = this.parts.now_ms() + LISTEN_AFTER_MS * (0.5 + Math.random());
-  }
-
-  /** Listens again to a session whose stream was refused, as by a proxy that has lost its server for a while. */
-  private async resume(opened: Opened): Promise<void> {
-    opened.listen_ms = undefined;
-    const answer = await this.send(opened.events, "HEAD", undefined, opened.token).catch(() => undefined);
-    if (this.opened !== opened) return;
-    if (answer && LOST.includes(answer.status)) this.lose(opened);
-    else if (answer?.ok) {
-      opened.stream = this.streamOf(opened.events, opened.token);
-      this.listen(opened);
-    } else this.listenLater(opened);
-  }
-
-  private async say(opened: Opened, pose: Participant & { readonly t_ms: number }): Promise<void> {
-    this.sending = true;
-    const { wakes } = this;
+  private async say(opened: Opened, pose: Said): Promise<void> {
+    opened.sending = true;
+    const unheard = (answer?: Response) => speaker.pause(opened.saying.after(this.parts.clock.now_ms(), answer));
+    const { speaker, wakes } = opened;
     try {
       const { t_ms, position, orientation, velocity } = pose;
       const url = this.parts.tree.resolve(`/v1/sessions/${opened.session}/pose`);
       const answer = await this.send(url, "PUT", { t_ms, position, orientation, velocity }, opened.token);
       if (LOST.includes(answer.status)) this.lose(opened);
       else if (answer.ok) {
+        opened.saying.over();
         const hush = Json.parse(await answer.text(), "the answer to a pose")
           .field("hush")
           .optional(readHush);
         // Whoever was woken meanwhile is watched: the stream may overtake the answer.
-        if (hush && wakes === this.wakes) this.speaker.keepQuiet(hush);
-      } else this.speaker.pause(this.parts.now_ms() + AFTER_A_FAILURE_MS);
+        if (hush && wakes === opened.wakes) speaker.keepQuiet(hush);
+      } else unheard(answer);
     } catch {
-      this.speaker.pause(this.parts.now_ms() + AFTER_A_FAILURE_MS);
+      unheard();
     } finally {
-      this.sending = false;
+      opened.sending = false;
+      const { next } = opened;
+      opened.next = undefined;
+      if (next && this.opened === opened) void this.say(opened, next);
     }
   }
 
   private lose(opened: Opened): void {
     if (this.opened !== opened) return;
-    opened.stream.close();
+    opened.hearing.close();
     this.opened = undefined;
     this.parts.told({ kind: "resync" });
   }
@@ -242,6 +272,7 @@ export class Session {
       method,
       headers,
       keepalive: method === "DELETE",
+      signal: AbortSignal.timeout(method === "POST" ? OPENED_WITHIN_MS : ANSWERED_WITHIN_MS),
       body: body ? JSON.stringify(body) : null,
     });
   }

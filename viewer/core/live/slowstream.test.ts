@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import type { EventStream } from "./session.ts";
+import type { EventStream } from "./hearing.ts";
 import { slowStream } from "./slowstream.ts";
 
 /** A stream that tells when it is told to, and a line that carries when it is let. */

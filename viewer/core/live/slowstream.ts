@@ -1,5 +1,5 @@
 /** How do events come on a slow line? One after the other, each when the line has carried it. */
-import type { EventStream } from "./session.ts";
+import type { EventStream } from "./hearing.ts";
 
 /** `carry` waits until so many bytes have come. */
 export function slowStream(stream: EventStream, carry: (bytes: number) => Promise<void>): EventStream {

@@ -2,7 +2,7 @@
  * Need one say where one is? Only when the others, who extrapolate the last pose, would be wrong by more than they would
  * notice; and not at all while nobody may look, as long as one keeps to the promised ball.
  */
-import { length, subtract, type Vec3 } from "../geometry.ts";
+import { length, subtract, type Vec3 } from "../basics/geometry.ts";
 import type { Hush } from "./events.ts";
 import { extrapolate, type MoverPose, type Quaternion, turned_rad } from "./motion.ts";
 
@@ -28,6 +28,15 @@ export class Speaker {
       if (wrong_m < WRONG_M && turned_rad(orientation, said.orientation) < WRONG_RAD) return undefined;
     }
     this.said = { t_ms: Math.round(now_ms), position, orientation, velocity, acceleration: [0, 0, 0] };
+    return this.said;
+  }
+
+  /** The pose to send before nothing is said for a while, standing still; `undefined` when just that was said. */
+  rest(now_ms: number, position: Vec3, orientation: Quaternion): MoverPose | undefined {
+    const { said } = this;
+    if (now_ms < this.silentUntil_ms) return undefined;
+    if (said && length(said.velocity) === 0 && length(subtract(position, said.position)) < WRONG_M) return undefined;
+    this.said = { t_ms: Math.round(now_ms), position, orientation, velocity: [0, 0, 0], acceleration: [0, 0, 0] };
     return this.said;
   }
 

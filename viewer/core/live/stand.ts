@@ -2,7 +2,7 @@
  * Where is somebody told to be who is far outside? A live session takes nobody who is further from a scene than it is large;
  * who looks at it from further away stands at that edge.
  */
-import { type Bounds, diagonal_m, type Vec3 } from "../geometry.ts";
+import { type Bounds, diagonal_m, type Vec3 } from "../basics/geometry.ts";
 
 /** This share of what is allowed is used, so that no rounding leads beyond it. */
 const SAFE = 0.999;

@@ -76,7 +76,7 @@ function compute(degrees: number, place: number): void {
   const second = isOdd ? sin : cos;
   angles[place] = degrees;
   sines[place] = (quarter & 2) === 0 ? first : -first;
-  cosines[place] = ((quarter + 1) & 2) === 0 ? second : -second;
+  cosines[place] = (((quarter & 3) + 1) & 2) === 0 ? second : -second;
 }
 
 /** The angle of the direction (x, y) in degrees, from −180 to 180; 0 for no direction. */

@@ -22,6 +22,19 @@ function signOf(term: number): number {
   return (bits[2 * term + HIGH] as number) >> 31;
 }
 
+const single = new Float32Array(1);
+const singleBits = new Int32Array(single.buffer);
+const LEAST_BELOW_ZERO = 0x8000_0001 | 0;
+
+/** The most in single precision that is not above a number. */
+function singleBelow(along: number): number {
+  const rounded = Math.fround(along);
+  if (!(rounded > along)) return rounded;
+  single[0] = rounded;
+  singleBits[0] = rounded === 0 ? LEAST_BELOW_ZERO : (singleBits[0] as number) - Math.sign(rounded);
+  return single[0];
+}
+
 /** A box that grows around what it holds; at first it holds nothing. */
 export class Reach {
   /** Least x, y and z, then the most. */
@@ -31,6 +44,15 @@ export class Reach {
   get bounds(): Bounds {
     const { ends } = this;
     return { min: [num(ends, 0), num(ends, 1), num(ends, 2)], max: [num(ends, 3), num(ends, 4), num(ends, 5)] };
+  }
+
+  /** Grows to the smallest box around it whose corners are in single precision, as what it holds is rounded when it is written. */
+  toSingle(): void {
+    const { ends } = this;
+    for (let axis = 0; axis < 3; axis += 1) {
+      ends[axis] = singleBelow(num(ends, axis));
+      ends[axis + 3] = -singleBelow(-num(ends, axis + 3));
+    }
   }
 
   /** Holds a box around the y axis and nothing else. */

@@ -1,7 +1,7 @@
 /** What is wrong with a procedural model, where, and what would put it right? The same sentences as in Rust. */
 import { nearest } from "./spelling.ts";
 
-/** Longest part of a line that an error repeats, characters. */
+/** Longest part of a line, or of a word, that an error repeats, characters. */
 const MOST_SHOWN = 120;
 
 /** Most callers that an error names. */
@@ -87,6 +87,12 @@ function printable(text: string): string {
 /** The line in which a place lies, counted from 1. Lines end as on any machine, old ones too. */
 export function lineOf(text: string, at: number): number {
   return text.slice(0, at).split(/\r\n|\r|\n/).length;
+}
+
+/** A word of a text, which may be as long as the text: no more of it than of a line. */
+export function cut(word: string): string {
+  const letters = [...word];
+  return letters.length > MOST_SHOWN ? `${letters.slice(0, MOST_SHOWN).join("")}…` : word;
 }
 
 export function unknown(kind: string, name: string, known: readonly string[]): string {
@@ -262,6 +268,8 @@ export function noPoint(face: number, corner: number, points: number): string {
 }
 
 export const DIVISION_BY_ZERO = "division by zero; test the divisor with `if` before";
+export const RANGE_OF_LOOP =
+  "`for` takes how often or a list, and no range: write `for i in 5`, which counts from 0 to 4, or `for i in [1, 2, 3]`";
 export const ELSE = "`else` follows the statement of an `if`; there is none before this";
 export const THEN = "`then` stands in values; the statement of an `if` follows its condition at once";
 export const LET_IN_CHOOSE =

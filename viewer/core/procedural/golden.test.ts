@@ -6,7 +6,7 @@ import { type Affine, columns } from "./affine.ts";
 import type { Bounds } from "./bounds.ts";
 import { DcgError } from "./error.ts";
 import { grow } from "./evaluator/index.ts";
-import { type Grown, instancesOf } from "./grown.ts";
+import { type Grown, instancesOf, type Part } from "./grown.ts";
 import { LIMITS, type Usage } from "./limits.ts";
 import { readProgram } from "./link.ts";
 import { growModel, Rulebook } from "./recipe.ts";
@@ -102,6 +102,29 @@ describe("what is said of a mistake is what is said in Rust", () => {
   });
 });
 
+it("has bounds that hold corners as they are written", () => {
+  // In single precision the box begins at 100000.296875.
+  const texts = [
+    "move(0.1, 100000.3, 0) box(1, 1, 1)",
+    "part p() { move(0.1, 100000.3, 0) box(1, 1, 1) } scale(0.3) p()",
+  ];
+  for (const text of texts) {
+    const model = grow(readProgram("test.dcg", text, () => ""));
+    const { min, max } = (model.parts[0] as Part).bounds;
+    for (const { part, worldFromPart } of instancesOf(model)) {
+      const frame = columns(worldFromPart);
+      const [scale, up] = [frame[5] ?? 0, frame[13] ?? 0];
+      for (const mesh of model.parts[part]?.meshes ?? []) {
+        for (let i = 1; i < mesh.positions.length; i += 3) {
+          const along = scale * (mesh.positions[i] ?? 0) + up;
+          expect(along).toBeGreaterThanOrEqual(min[1]);
+          expect(along).toBeLessThanOrEqual(max[1]);
+        }
+      }
+    }
+  }
+});
+
 it("tells of a parameter that there is not, at no place of the text", () => {
   const program = readProgram("test.dcg", "parameter height = 2 box(1, height, 1)", () => "");
   const told = "`heigth` is not a parameter of `test.dcg`; did you mean `height`?";
@@ -141,6 +164,35 @@ it("takes no room for what calls do not give", () => {
   expect([slots[0], slots[1], slots.at(-1)]).toEqual([[], [1], [0, 999]]);
   const lists = module?.calls.flatMap((call) => Object.values(call).filter(Array.isArray)) ?? [];
   expect(Math.max(...lists.map((list) => list.length))).toBe(2);
+});
+
+it("reads calls with as many arguments as a text has room for", () => {
+  const count = 130_000;
+  const formals = Array.from({ length: count }, (_, i) => `q${i.toString(36)}`);
+  const text = `rule r(${formals.join()}) { box(q0, q${(count - 1).toString(36)}, 1) } r(${"1,".repeat(count - 1)}2)`;
+  expect(grow(readProgram("test.dcg", text, () => "")).parts[0]?.bounds.max).toEqual([0.5, 2, 0.5]);
+});
+
+it("says of rules that go deeper than the stack is large that they do", () => {
+  const onLittleStack = (does: () => unknown): unknown => {
+    try {
+      return onLittleStack(does);
+    } catch (error) {
+      if (!(error instanceof RangeError)) return error;
+    }
+    // Not within the handler: it is what had no room.
+    return does();
+  };
+  const told = "its rules go deeper into one another than this device can follow";
+  const brackets = `box(${"(".repeat(90)}1${")".repeat(90)}, 1, 1)`;
+  const read = (text: string) => readProgram("test.dcg", text, () => "");
+  const calls = read("rule r(n) { if n == 0 box(1, 1, 1) else { { { { r(n - 1) } } } } } r(60)");
+  for (const does of [() => read(brackets), () => grow(calls)]) {
+    const found = onLittleStack(does);
+    expect(found).toBeInstanceOf(DcgError);
+    expect((found as DcgError).message).toContain(told);
+  }
+  expect(grow(read(brackets)).usage.triangles + grow(calls).usage.triangles).toBe(24);
 });
 
 it("imports a file once, however it is written", () => {

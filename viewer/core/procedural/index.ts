@@ -4,6 +4,7 @@ export type { Bounds } from "./bounds.ts";
 export { type Caller, DcgError } from "./error.ts";
 export { grow, type Settings } from "./evaluator/index.ts";
 export type { Boxes } from "./evaluator/state.ts";
+export { insideFolder } from "./folder.ts";
 export { type Grown, type Instance, instancesOf, type Part, type Surface } from "./grown.ts";
 export { type Amounts, FINEST, LIMITS } from "./limits.ts";
 export { type Load, type Program, readProgram } from "./link.ts";

@@ -1,5 +1,5 @@
 /** Which words does a text consist of? As `crates/scene/src/procedural/lexer.rs`. */
-import { COMMENT, Fault, noWord, shown } from "./error.ts";
+import { COMMENT, cut, Fault, noWord, shown } from "./error.ts";
 import { MAX_NAME, reached } from "./limits.ts";
 
 export type Word =
@@ -19,7 +19,7 @@ export function described(word: Word): string {
     case "number":
       return `the number ${shown(word.value)}`;
     case "text":
-      return `"${word.text}"`;
+      return `"${cut(word.text)}"`;
     case "colour":
       return "a colour";
     case "end":
@@ -68,7 +68,7 @@ function wordOf(first: string, taken: string, inner: string, at: number): Word {
   if (/[0-9]/.test(first)) {
     const value = Number(taken);
     if (!SOUND_NUMBER.test(taken) || !Number.isFinite(value)) {
-      throw new Fault(at, `\`${taken}\` is not a number; write \`0.5\`, \`12\` or \`1e-3\``);
+      throw new Fault(at, `\`${cut(taken)}\` is not a number; write \`0.5\`, \`12\` or \`1e-3\``);
     }
     return { kind: "number", value, at };
   }
@@ -81,7 +81,7 @@ function channelsOf(digits: string, at: number): [number, number, number] {
   const sound = /^(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})$/.test(digits);
   if (!sound) {
     const wayOut = "write `#rgb` or `#rrggbb` with hexadecimal digits; comments begin with `//`";
-    throw new Fault(at, `\`#${digits}\` is not a colour; ${wayOut}`);
+    throw new Fault(at, `\`#${cut(digits)}\` is not a colour; ${wayOut}`);
   }
   const width = digits.length / 3;
   const channel = (i: number) => {

@@ -1,6 +1,9 @@
 /** What does each name of a file lead to? As `crates/scene/src/procedural/link.rs`. */
+
+import { withinStack } from "./depth.ts";
 import {
   argumentTwice,
+  cut,
   DcgError,
   Fault,
   missingArgument,
@@ -25,7 +28,10 @@ import {
   type Wanted,
 } from "./syntax.ts";
 
-/** The text of a file, as an `import` names it; throws an `Error` that says why when it cannot be had. */
+/**
+ * The text of a file, as an `import` names it; throws an `Error` that says why when it cannot be had. Whoever gives this decides what
+ * a path may lead to: `insideFolder` refuses those that leave the folder.
+ */
 export type Load = (path: string) => string;
 
 /** A model that was read and found sound: the first file and all that it imports. */
@@ -37,6 +43,10 @@ export interface Program {
 
 /** Reads a file and what it imports. Throws a {@link DcgError}. */
 export function readProgram(file: string, text: string, load: Load): Program {
+  return withinStack(file, () => readAll(file, text, load));
+}
+
+function readAll(file: string, text: string, load: Load): Program {
   const modules = [parse(file, text)];
   const known = new Map([[file, 0]]);
   let textBytes = bytesOf(text);
@@ -104,7 +114,7 @@ function loaded(module: Module, { path, at }: { path: string; at: number }, load
     return load(path);
   } catch (error) {
     if (!(error instanceof Error)) throw error;
-    throw errorAt(module, at, `"${path}" cannot be imported: ${error.message}`);
+    throw errorAt(module, at, `"${cut(path)}" cannot be imported: ${error.message}`);
   }
 }
 
@@ -128,7 +138,7 @@ function refuseCycles(modules: readonly Module[]): void {
       throw errorAt(
         module,
         item.at,
-        `"${file}" imports itself, directly or through others; move what both need to a third file`,
+        `"${cut(file)}" imports itself, directly or through others; move what both need to a third file`,
       );
     }
     at = item?.module;
@@ -216,7 +226,8 @@ function unknownCall(module: Module, call: Call): string {
   // Of an imported file only what it has itself can be called.
   if (call.alias !== undefined) return unknownOfFile(call.wanted, call.name, module.file, known);
   if (call.wanted === "rule") {
-    known.push(...module.imports.map((item) => item.alias), ...Object.keys(SOLIDS), ...TRANSFORMS);
+    for (const { alias } of module.imports) known.push(alias);
+    known.push(...Object.keys(SOLIDS), ...TRANSFORMS);
   }
   if (call.wanted === "function") known.push(...Object.keys(BUILT_INS));
   return unknown(call.wanted, call.name, known);
@@ -241,5 +252,5 @@ function give(call: Call, { formals, places, needed }: Callee): void {
   if (missing !== undefined) throw new Fault(call.at, missingArgument(call.name, formals[missing]?.name ?? ""));
   call.slots = [...found.keys()].sort((a, b) => a - b);
   call.given = call.slots.map((place) => found.get(place) as Argument);
-  call.row = rowOf("values", ...call.given);
+  call.row = rowOf("values", call.given);
 }

@@ -19,17 +19,19 @@ const ELSEWHERE = new Map([
 ]);
 
 /**
- * The known name that is most like this one, when one is like it: at most a third of its letters differ, or all do by their
- * case only; or the one that means what this means elsewhere.
+ * The known name that is most like this one, when one is like it: of the letters of the longer one at most a third differ, or
+ * one, or all by their case only; or the one that means what this means elsewhere.
  */
 export function nearest(name: string, known: readonly string[]): string | undefined {
   const here = ELSEWHERE.get(name);
   if (here !== undefined && known.includes(here)) return here;
-  let least = Math.ceil([...name].length / 3);
+  const letters = [...name].length;
+  let least = Infinity;
   let best: string | undefined;
   for (const candidate of known) {
     const found = lower(candidate) === lower(name) ? 0 : distance(name, candidate);
-    if (found > least || (found === least && best !== undefined && candidate >= best)) continue;
+    const most = Math.max(1, Math.floor(Math.max(letters, [...candidate].length) / 3));
+    if (found > most || found > least || (found === least && best !== undefined && candidate >= best)) continue;
     least = found;
     best = candidate;
   }

@@ -46,7 +46,7 @@ export interface Row {
   code: Code | null | undefined;
 }
 
-export function rowOf(as: Row["as"], ...all: Written[]): Row {
+export function rowOf(as: Row["as"], all: readonly Written[]): Row {
   return { of: all.map(({ of }) => of), places: all.map(({ at }) => at), as, code: undefined };
 }
 

@@ -5,6 +5,7 @@
  */
 import { type ChannelKind, type Header, numbersOf } from "./header.ts";
 import { bytesOf, IntList } from "./list.ts";
+import type { Looks } from "./looks.ts";
 import { type Mesh, NONE } from "./mesh.ts";
 import { damaged, type ModelSpace, type Reader } from "./rans.ts";
 import { FIRST, LENGTH, POINT } from "./stars.ts";
@@ -58,8 +59,14 @@ export class Attributes implements Wedges {
   private told = 0;
   private readonly present = new Int32Array(MOST_PRESENT);
   private presentCount = 0;
+  /** Where each new triangle stands among those around the new vertex. */
+  private readonly placesOfBorn = new IntList();
 
-  constructor(header: Header, models: ModelSpace) {
+  constructor(
+    header: Header,
+    models: ModelSpace,
+    private readonly looks: Looks,
+  ) {
     this.kinds = header.channels.map(({ kind }) => kind);
     this.stride = header.stride;
     this.materialCount = header.materials;
@@ -130,7 +137,7 @@ export class Attributes implements Wedges {
         const wedge = was.at(i + 2);
         const why = wedge === NONE ? BORN_NEW : wedge === beside ? MOVED_SAME : MOVED_OTHER;
         beside = wedge;
-        this.readRank(reader, mesh, fresh, was.at(i), was.at(i + 1), wedge, why);
+        this.readRank(reader, mesh, fresh, was.at(i), was.at(i + 1), wedge, why, i / CORNER);
       }
     }
     for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
@@ -138,7 +145,7 @@ export class Attributes implements Wedges {
         const vertex = mesh.corners[3 * triangle + side] as number;
         if (vertex === fresh) continue;
         const why = vertex === old ? BORN_OLD : BORN_THIRD;
-        this.readRank(reader, mesh, vertex, triangle, side, NONE, isUsual ? USUAL : why);
+        this.readRank(reader, mesh, vertex, triangle, side, NONE, isUsual ? USUAL : why, NONE);
       }
     }
   }
@@ -186,11 +193,16 @@ export class Attributes implements Wedges {
     const { places } = mesh.stars;
     const begin = mesh.points[POINT * fresh + FIRST] as number;
     const end = begin + (mesh.points[POINT * fresh + LENGTH] as number);
+    const { placesOfBorn } = this;
+    placesOfBorn.length = mesh.triangles - first;
+    const found = placesOfBorn.room(placesOfBorn.length);
+    for (let place = begin; place < end; place += 1) {
+      const triangle = places[place] as number;
+      if (triangle >= first) found[triangle - first] = place;
+    }
     for (let triangle = first; triangle < mesh.triangles; triangle += 1) {
       // As the triangle before it around the new vertex, or else the next one that is known.
-      let at = begin;
-      while (at < end && places[at] !== triangle) at += 1;
-      if (at === end) at = begin;
+      const at = found[triangle - first] as number;
       let near = at - 1;
       while (near >= begin && (places[near] as number) >= triangle) near -= 1;
       if (near < begin) {
@@ -205,7 +217,10 @@ export class Attributes implements Wedges {
     }
   }
 
-  /** Which wedge a corner has: those of the corners nearest in its vertex's star come first. */
+  /**
+   * Which wedge a corner has: those of the corners nearest in its vertex's star come first, in which its triangle stands
+   * at `place` if that is known.
+   */
   private readRank(
     reader: Reader,
     mesh: Mesh,
@@ -214,6 +229,7 @@ export class Attributes implements Wedges {
     side: number,
     was: number,
     why: number,
+    place: number,
   ): void {
     const count = this.countPresent(vertex);
     let rank = 0;
@@ -222,7 +238,7 @@ export class Attributes implements Wedges {
     }
     let wedge = this.latest.at(vertex);
     if (rank < count) {
-      if (count > 1) wedge = this.findPresent(mesh, vertex, triangle, rank);
+      if (count > 1 && !this.looks.areUsedUp) wedge = this.findPresent(mesh, vertex, triangle, rank, place);
     } else {
       this.before.push(wedge);
       wedge = this.told + this.pendingFirst.length;
@@ -268,13 +284,17 @@ export class Attributes implements Wedges {
    * The wedge of a vertex that has this rank: from a triangle's place in its star to both sides in turn, then any
    * others, latest first.
    */
-  private findPresent(mesh: Mesh, vertex: number, triangle: number, rank: number): number {
+  private findPresent(mesh: Mesh, vertex: number, triangle: number, rank: number, place: number): number {
     const { places } = mesh.stars;
     const begin = mesh.points[POINT * vertex + FIRST] as number;
     const end = begin + (mesh.points[POINT * vertex + LENGTH] as number);
-    let at = begin;
-    while (at < end && places[at] !== triangle) at += 1;
-    if (at === end) at = begin;
+    let at = begin + place;
+    if (place === NONE) {
+      this.looks.takeForSearch(end - begin);
+      at = begin;
+      while (at < end && places[at] !== triangle) at += 1;
+      if (at === end) at = begin;
+    }
     this.presentCount = 0;
     let behind = at - 1;
     let ahead = at + 1;
@@ -284,6 +304,7 @@ export class Attributes implements Wedges {
       behind -= 1;
       ahead += 1;
     }
+    this.looks.take(Math.min(ahead, end) - Math.max(behind + 1, begin));
     // A wedge that no corner has at the moment may come back.
     let wedge = this.latest.at(vertex);
     while (wedge !== NONE && this.presentCount <= rank) {

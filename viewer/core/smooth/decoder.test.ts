@@ -84,6 +84,23 @@ function randomNumbers(seed: number): (below: number) => number {
   };
 }
 
+describe("a header", () => {
+  it("is refused with two normals or colours, of which readers would draw one or the other", () => {
+    const bowl = stream("bowl");
+    for (const kind of [0, 2]) {
+      const twice = new Uint8Array(bowl.length);
+      twice.set(bowl.subarray(0, 44));
+      twice[6] = 2;
+      const length = kind === 0 ? 1 : 17;
+      twice[44] = kind;
+      twice[44 + length] = kind;
+      // No cuts, which lie elsewhere now.
+      twice[7] = 0;
+      expect(() => readHeader(twice)).toThrow("more than one normal or colour");
+    }
+  });
+});
+
 describe.each(NAMES)("%s", (name) => {
   const bytes = stream(name);
   const told = JSON.parse(readFileSync(join(GOLDEN, `${name}.json`), "utf8")) as {
@@ -188,6 +205,15 @@ it("refuses what may take more memory than allowed, before it takes any", () => 
   expect(() => decoded(bytes)).toThrow("bytes of memory");
   const header = readHeader(stream("bowl"));
   expect(header && memoryBytes(header)).toBeLessThan(ENOUGH_BYTES);
+});
+
+it("refuses to look at more than a mesh of its size needs, and keeps what it has", () => {
+  // A thousand triangles around two vertices; a split of a few bits moves them all on to the next vertex, again and again.
+  const decoder = new SmoothDecoder(ENOUGH_BYTES);
+  expect(() => decoder.push(stream("hub"))).toThrow("look at more than a mesh of its size needs");
+  // As in Rust.
+  expect([latticeOf(decoder).twicePositions.length / 3, decoder.triangles]).toEqual([111, 1000]);
+  expectValid(decoder);
 });
 
 it("says what is wrong with something else", () => {

@@ -125,6 +125,8 @@ function checked(header: Header): Header {
   const floats = [...header.origin, header.step, ...channels.flatMap(({ low, step }) => [...low, ...step])];
   if (header.bits < 1 || header.bits > 16) damaged("its coordinates have no bits or more than 16");
   if (channels.length > 8) damaged("it has more attributes than there can be");
+  const count = (kind: ChannelKind) => channels.filter((channel) => channel.kind === kind).length;
+  if (count("normal") > 1 || count("colour") > 1) damaged("it has more than one normal or colour of a corner");
   if (header.materials === 0) damaged("it has no material");
   if (header.totalBytes < header.bytes) damaged("it is shorter than its header");
   if (header.vertices === 0xffff_ffff || header.triangles > 0x07ff_ffff) {

@@ -8,6 +8,7 @@ import { Star } from "./fan.ts";
 import { Placer } from "./geometry.ts";
 import { type Header, mostPlaces } from "./header.ts";
 import { bytesOf, IntList } from "./list.ts";
+import { Looks, TOO_MANY_LOOKS } from "./looks.ts";
 import { Mesh } from "./mesh.ts";
 import { damaged, ModelSpace, Reader } from "./rans.ts";
 import { Split } from "./split.ts";
@@ -46,6 +47,7 @@ export class Replay {
   private sizes = 0;
   private meanSize = 0;
   private readonly mostPlaces: number;
+  private readonly looks: Looks;
   private readonly star = new Star();
   private readonly split: Split;
   private readonly change = new Change();
@@ -61,7 +63,8 @@ export class Replay {
     this.flags = models.bits(9 * 12 * 2);
     this.split = new Split(models);
     this.placer = new Placer(header, models);
-    this.attributes = new Attributes(header, models);
+    this.looks = new Looks(header);
+    this.attributes = new Attributes(header, models, this.looks);
     this.reader = new Reader(models);
     this.coarseBits = header.bits;
     this.mostPlaces = mostPlaces(header);
@@ -144,6 +147,8 @@ export class Replay {
       return;
     }
     if (found - 1 > this.coarseBits) damaged("its lattice becomes finer than it can");
+    this.looks.take(this.mesh.vertices);
+    if (this.looks.areUsedUp) damaged(TOO_MANY_LOOKS);
     this.pass = (this.pass + 1) & 255;
     const { order } = this;
     this.order = this.visited;
@@ -248,6 +253,7 @@ export class Replay {
     if (mesh.vertices >= header.vertices || first + born > header.triangles) {
       damaged("it has more vertices or triangles than its header says");
     }
+    this.takeLooks();
     placer.look(mesh, star, split, change, vertex);
     placer.read(reader, mesh.shared[vertex] as number);
     if (reader.starved) return;
@@ -273,6 +279,16 @@ export class Replay {
     change.apply(mesh, star, split, vertex, fresh);
     this.attributes.dress(reader, mesh, vertex, fresh, first, placer.size);
     if (mesh.stars.placeCount > this.mostPlaces) damaged("its vertices have more triangles than they can");
+    if (this.looks.areUsedUp) damaged(TOO_MANY_LOOKS);
+  }
+
+  /** For the star of the vertex that is split, and for the lists into which triangles of opened edges are put. */
+  private takeLooks(): void {
+    const { mesh, star, change, looks } = this;
+    looks.take(star.spokes);
+    for (let i = 0; i < change.opened; i += 1) {
+      looks.takeForSearch(mesh.points[POINT * (change.third[i] as number) + LENGTH] as number);
+    }
   }
 }
 

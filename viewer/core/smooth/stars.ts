@@ -6,6 +6,8 @@
 import { bytesOf, widened } from "./list.ts";
 
 const SMALLEST = 8;
+/** Fewer places are moved one by one: a call takes longer. */
+const MOST_STEPS = 32;
 
 /** Numbers of a vertex in an array of them: the sum of its neighbours, coordinates, and its list. */
 export const POINT = 8;
@@ -54,7 +56,7 @@ export class Stars {
     return points[POINT * vertex + FIRST] as number;
   }
 
-  /** Puts a triangle after or before another, or at the end if that is not there. */
+  /** Puts a triangle after or before another, or at the end if that is not there; for −1 it is not looked for. */
   insert(points: Int32Array, vertex: number, neighbour: number, after: number, triangle: number): void {
     const length = points[POINT * vertex + LENGTH] as number;
     if (length === SMALLEST << (this.class[vertex] as number)) this.move(points, vertex, length + 1, length);
@@ -62,9 +64,11 @@ export class Stars {
     const first = points[POINT * vertex + FIRST] as number;
     const end = first + length;
     let at = first;
+    if (neighbour < 0) at = end;
     while (at < end && places[at] !== neighbour) at += 1;
     if (at < end) at += after;
-    for (let i = end; i > at; i -= 1) places[i] = places[i - 1] as number;
+    if (end - at > MOST_STEPS) places.copyWithin(at + 1, at, end);
+    else for (let i = end; i > at; i -= 1) places[i] = places[i - 1] as number;
     places[at] = triangle;
     points[POINT * vertex + LENGTH] = length + 1;
   }

@@ -1,10 +1,9 @@
 /** Which levels and rungs has the object that was clicked, and which of them is drawn? */
-
-import { distanceToBounds } from "../../core/geometry.ts";
-import { filesOf, type Grade, goalOf, gradesOf, isHereWellEnough } from "../../core/grades.ts";
-import type { Model } from "../../core/modeldocument.ts";
-import { geometricError_m, type PlacedObject } from "../../core/objects.ts";
-import { errorOf_px, errorThatDoes } from "../../core/screenerror.ts";
+import { distanceToBounds } from "../../core/basics/geometry.ts";
+import type { Model } from "../../core/documents/modeldocument.ts";
+import { geometricError_m, type PlacedObject } from "../../core/documents/placedobject.ts";
+import { filesOf, type Grade, goalOf, gradesOf, isHereWellEnough } from "../../core/strategy/grade.ts";
+import { errorOf_px, errorThatDoes } from "../../core/strategy/sight.ts";
 import { boxes } from "../../three/overlay.ts";
 import type { Announcer } from "../announcer.ts";
 import { make, write } from "../dom.ts";

@@ -2,12 +2,11 @@
  * What is there that one does not see? Freezes the view, so that one may fly out of it and look at what was left out; draws
  * the cell, its openings and its neighbours, and boxes around objects by why they count as visible.
  */
-
-import type { Bounds } from "../../core/geometry.ts";
-import type { PlacedObject } from "../../core/objects.ts";
-import { PRIORITY } from "../../core/priority.ts";
-import { reasonOf } from "../../core/reason.ts";
-import { type Hidden, hiddenFrom, neighboursOf, type Preparation, reasonsAt } from "../../core/survey.ts";
+import { type Hidden, hiddenFrom, neighboursOf, type Preparation, reasonsAt } from "../../core/atlas/survey.ts";
+import type { Bounds } from "../../core/basics/geometry.ts";
+import { reasonOf } from "../../core/basics/reason.ts";
+import type { PlacedObject } from "../../core/documents/placedobject.ts";
+import { PRIORITY } from "../../core/strategy/priority.ts";
 import { boxes, hull, type Ink, outlined, pyramid } from "../../three/overlay.ts";
 import { make, write } from "../dom.ts";
 import { writeBytes } from "../format.ts";

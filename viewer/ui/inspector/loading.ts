@@ -1,8 +1,8 @@
 /** How much of what one can see is here, now and over the last minute? */
-import { type Progress, shareOf } from "../../core/progress.ts";
-import type { QualitySample } from "../../core/quality.ts";
+import { type Progress, shareOf } from "../../core/strategy/progress.ts";
+import type { QualitySample } from "../../core/strategy/quality.ts";
 import { make, write } from "../dom.ts";
-import { writeProgress, writeQuality } from "../format.ts";
+import { writeProgress, writeQuality, writeStandIns } from "../format.ts";
 import { inks } from "../inks.ts";
 import type { Visit } from "../visit.ts";
 import { type Section, section } from "./section.ts";
@@ -14,6 +14,7 @@ export class Loading implements Section {
   readonly element: HTMLElement;
   private readonly first = bar("First picture");
   private readonly sharp = bar("As sharp as from here");
+  private readonly standIns = make("p", { class: "note", hidden: true });
   private readonly chart = make("canvas", { width: String(2 * WIDTH), height: String(2 * HEIGHT), role: "img" });
   private readonly share = make("p", { class: "note" });
 
@@ -22,6 +23,7 @@ export class Loading implements Section {
       "What you can see",
       this.first.element,
       this.sharp.element,
+      this.standIns,
       make("p", { class: "caption" }, "Quality over the last minute: ", key("here"), " and ", key("sharp")),
       this.chart,
       this.share,
@@ -30,8 +32,12 @@ export class Loading implements Section {
 
   update(now_ms: number): void {
     const { explorer, quality } = this.visit;
-    this.first.show(explorer.progress());
-    this.sharp.show(explorer.sharpProgress());
+    const [first, sharp] = [explorer.progress(), explorer.sharpProgress()];
+    this.first.show(first);
+    this.sharp.show(sharp);
+    const why = writeStandIns(first, sharp);
+    write(this.standIns, why);
+    this.standIns.hidden = why === "";
     const text = writeQuality(explorer.quality(), explorer.visibleCount);
     const work_ms = this.visit.work.quantile_ms(0.95).toFixed(1);
     write(this.share, `${text}; 95 of 100 frames take at most ${work_ms} ms besides drawing and decoding`);

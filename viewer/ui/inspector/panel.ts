@@ -1,7 +1,7 @@
 /** How does one look behind the picture? The inspector's panel, which is brought up to date only while it is open. */
-import type { PlacedObject } from "../../core/objects.ts";
-import type { RequestLog } from "../../core/requestlog.ts";
-import type { Throttle } from "../../core/throttle.ts";
+import type { PlacedObject } from "../../core/documents/placedobject.ts";
+import type { RequestLog } from "../../core/fetch/requestlog.ts";
+import type { Throttle } from "../../core/fetch/throttle.ts";
 import type { Announcer } from "../announcer.ts";
 import type { LiveCompany } from "../company.ts";
 import { make } from "../dom.ts";

@@ -1,4 +1,5 @@
 /** Who is told of, from how far, and how often? The two circles of the area of interest, and discs under people's feet. */
+import type { Meeting } from "../../core/live/joining.ts";
 import { AOI } from "../../core/live/session.ts";
 import { rateColour } from "../../three/avatars.ts";
 import { circle, type Ink } from "../../three/overlay.ts";
@@ -13,6 +14,13 @@ const OUTER: Ink = { ...CIRCLE, line: 0.4 };
 const BELOW_M = 1.2;
 /** How far the eye may go before they are drawn anew. */
 const REDRAW_M = 0.1;
+
+/** Why nobody is met, or heard of. */
+const ALONE: Readonly<Record<Exclude<Meeting, "met"> | "seen", string>> = {
+  away: "The server does not say who else is here: one is alone until it does, and it is asked again.",
+  seen: "The server does not say just now who else is here: who is drawn stands where it was last heard of.",
+  never: "This tree has no live sessions: one is alone.",
+};
 
 export class People implements Section {
   readonly element: HTMLElement;
@@ -40,11 +48,12 @@ export class People implements Section {
   }
 
   update(): void {
-    const { movers, live } = this.company;
+    const { movers, meeting } = this.company;
     const rates = movers.map(({ period_ms }) => 1000 / period_ms).sort((a, b) => b - a);
     const [most, least] = [rates[0]?.toFixed(1), rates.at(-1)?.toFixed(1)];
     const often = most ? `, told of at most ${most === least ? most : `${least} to ${most}`} times a second` : "";
-    write(this.text, live ? `${movers.length} in sight${often}.` : "This tree has no live sessions: one is alone.");
+    const isSeen = meeting === "away" && movers.length > 0;
+    write(this.text, meeting === "met" ? `${movers.length} in sight${often}.` : ALONE[isSeen ? "seen" : meeting]);
     this.draw();
   }
 

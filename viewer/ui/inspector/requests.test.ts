@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import type { LoggedRequest } from "../../core/requestlog.ts";
+import type { LoggedRequest } from "../../core/fetch/requestlog.ts";
 import { spanOf } from "./requests.ts";
 
 const asked = (asked_ms: number, ended_ms?: number) => ({ asked_ms, ended_ms }) as LoggedRequest;

@@ -2,8 +2,9 @@
  * What was asked of the network, why, and how did it end? The last requests with the time that they waited and travelled,
  * and a line that is as slow as one likes.
  */
-import type { LoggedRequest, Purpose, RequestLog, Result } from "../../core/requestlog.ts";
-import { LINES, type Throttle } from "../../core/throttle.ts";
+import type { LoggedRequest, RequestLog, Result } from "../../core/fetch/requestlog.ts";
+import { LINES, type Throttle } from "../../core/fetch/throttle.ts";
+import type { Purpose } from "../../core/strategy/priority.ts";
 import { make, write } from "../dom.ts";
 import { writeBytes } from "../format.ts";
 import { type Section, section } from "./section.ts";

@@ -11,7 +11,9 @@ use belvedere_scene::{BlobName, Bounds};
 use super::*;
 use crate::{
     atlas::{Place, Uses},
+    fetch::Fetched,
     strategy::{
+        file::FileRef,
         grade::Form,
         order::Budgets,
         tests::{grown, seen_at},
@@ -107,6 +109,46 @@ async fn levels_are_asked_for_as_soon_as_rules_are_lost() {
     explorer.without_rules();
     assert_eq!(explorer.planner.wishes()[0].grade.form, Form::Level);
     assert_eq!(explorer.tasks.len(), 1);
+}
+
+#[tokio::test]
+async fn what_had_come_already_when_it_was_called_off_does_not_count() {
+    let mut explorer = explorer(Bare::new(), 100).await;
+    let name = BlobName::of(b"level", "glb").expect("a name");
+    let file = FileRef::object(&name, 5);
+    // Somebody has asked for it again since.
+    explorer.planner.residency.ask(&file);
+    let came = [Ok(Bytes::from_static(b"level")), Err(Error::Missing(name.url()))];
+    for result in came {
+        let fetched = Fetched {
+            files: vec![(file.clone(), result)],
+            ..Fetched::default()
+        };
+        let called_off = tokio::spawn(async {}).id();
+        explorer.take(called_off, Brought::Files(fetched));
+        let residency = &explorer.planner.residency;
+        assert_eq!((residency.bytes(), residency.asked_bytes()), (0, 5));
+        assert!(explorer.files.is_empty() && explorer.events.is_empty());
+    }
+}
+
+/// A tree that is out of its mind.
+struct Mad(Bare);
+
+impl ByteSource for Mad {
+    async fn get(&self, path: &str) -> Result<Bytes, Error> {
+        assert!(!path.starts_with("/o/") || path.ends_with(".json"), "it is mad");
+        self.0.get(path).await
+    }
+}
+
+#[tokio::test]
+async fn a_source_that_panics_is_not_waited_for_for_ever() {
+    let mut explorer = explorer(Mad(Bare::new()), u64::MAX).await;
+    explorer.stand_in(place(1, true));
+    explorer.replan();
+    let walk = tokio::spawn(async move { while explorer.advance().await.is_some() {} });
+    assert!(walk.await.expect_err("it says so").is_panic());
 }
 
 #[tokio::test]

@@ -66,6 +66,22 @@ async fn what_failed_for_a_reason_that_passes_is_tried_again_until_it_comes() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_new_try_that_is_called_off_before_it_began_is_made_the_next_time() {
+    let mut explorer = looking(true, true).await;
+    explorer.is_away(true);
+    explorer.replan();
+    explorer.advance().await.expect("it was told");
+    explorer.is_away(false);
+    let scene = explorer.scene.clone();
+    let held = scene.hold_lost().await;
+    let waits = tokio::time::timeout(std::time::Duration::from_secs(60), explorer.advance()).await;
+    assert!(waits.is_err(), "it is due, and waits");
+    drop(held);
+    while explorer.advance().await.is_some() {}
+    assert_eq!(explorer.missing(), Some(0));
+}
+
+#[tokio::test(start_paused = true)]
 async fn what_is_not_there_is_not_tried_again_and_who_wants_no_new_try_gets_none() {
     for (has_it, recovers) in [(false, true), (true, false)] {
         let mut explorer = looking(has_it, recovers).await;

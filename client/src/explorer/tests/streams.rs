@@ -1,6 +1,9 @@
-//! What becomes of a smooth LOD that turns out not to decode? And what is learnt of the line from what did not come over it?
+//! What becomes of a smooth LOD that turns out not to decode, and of rungs that go? And what is learnt of the line from what did not come over it?
 
-use std::sync::Mutex;
+use std::sync::{
+    Mutex,
+    atomic::{AtomicUsize, Ordering},
+};
 
 use belvedere_scene::{
     object::Model,
@@ -16,9 +19,32 @@ const MATERIALS: [u8; 300] = [8; 300];
 /// Where rungs end, and how far they are off: too far apart to come in one step.
 const RUNGS: [(u64, f64); 2] = [(10_000, 0.5), (40_000, 0.0)];
 
-/// A tree with one model, which knows what was forgotten of it, and may have all of it on disk.
+/// Bytes that count as long as anybody keeps them.
+struct Kept(Vec<u8>, Arc<AtomicUsize>);
+
+impl Kept {
+    fn bytes(content: Vec<u8>, count: &Arc<AtomicUsize>) -> Bytes {
+        count.fetch_add(content.len(), Ordering::Relaxed);
+        Bytes::from_owner(Self(content, count.clone()))
+    }
+}
+
+impl AsRef<[u8]> for Kept {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        self.1.fetch_sub(self.0.len(), Ordering::Relaxed);
+    }
+}
+
+/// A tree with one model, which knows what was forgotten of it and how much of its rungs is in memory, and may have all of it on disk.
 struct Tree {
     objects: Bare,
+    rung_bytes: Arc<AtomicUsize>,
     is_kept: bool,
     forgotten: Mutex<Vec<BlobName>>,
 }
@@ -31,7 +57,8 @@ impl ByteSource for Tree {
                     .number
                     .checked_sub(1)
                     .map_or(0, |before| RUNGS[usize::from(before)].0);
-                Ok(vec![rung.number; (RUNGS[usize::from(rung.number)].0 - from) as usize].into())
+                let content = vec![rung.number; (RUNGS[usize::from(rung.number)].0 - from) as usize];
+                Ok(Kept::bytes(content, &self.rung_bytes))
             }
             Err(_) => self.objects.get(path).await,
         }
@@ -54,6 +81,10 @@ fn named(bytes: &[u8], ext: &str) -> BlobName {
 
 /// One looks at one object, drawn by a level or by fewer bytes of a stream.
 async fn looking(is_kept: bool) -> (Explorer<Tree>, SmoothLod) {
+    looking_within(u64::MAX, is_kept).await
+}
+
+async fn looking_within(memory_bytes: u64, is_kept: bool) -> (Explorer<Tree>, SmoothLod) {
     let (level, materials) = (level(&LEVEL), named(&MATERIALS, "gltf"));
     let objects = Bare::new()
         .with(&level.url, LEVEL.to_vec())
@@ -70,10 +101,11 @@ async fn looking(is_kept: bool) -> (Explorer<Tree>, SmoothLod) {
     };
     let tree = Tree {
         objects,
+        rung_bytes: Arc::default(),
         is_kept,
         forgotten: Mutex::default(),
     };
-    let mut explorer = explorer(tree, u64::MAX).await;
+    let mut explorer = explorer(tree, memory_bytes).await;
     explorer.stand_in(place_with(1, vec![seen_at(1, 1, 2.0, 1.0, model)]));
     explorer.replan();
     (explorer, smooth)
@@ -111,6 +143,45 @@ async fn levels_take_the_place_of_a_stream_that_does_not_decode_and_it_is_forgot
     assert_eq!(explorer.memory_bytes(), (LEVEL.len() + before) as u64);
     // Of a model that has none, or that nobody knows, there is nothing to be said.
     explorer.without_smooth(ModelId(9));
+    assert_eq!(explorer.settled().await, Form::Level);
+}
+
+#[tokio::test]
+async fn rungs_that_go_for_want_of_memory_are_in_memory_no_longer() {
+    // Room for the first rung of one model and its materials, and not for those of two.
+    let (mut explorer, first) = looking_within(15_000, false).await;
+    assert_eq!(explorer.settled().await, Form::Rung);
+    for number in 2..6 {
+        let model = Model {
+            levels: vec![level(&LEVEL)],
+            smooth: Some(SmoothLod {
+                materials: first.materials.clone(),
+                ..smooth(number, &RUNGS)
+            }),
+            impostor: None,
+            procedural: None,
+        };
+        explorer.stand_in(place_with(number, vec![seen_at(number, number, 2.0, 1.0, model)]));
+        explorer.look_around(CellId(number));
+        explorer.replan();
+        while explorer.advance().await.is_some() {}
+        assert!(explorer.mesh(ModelId(number)).is_some(), "m{number} is drawn");
+        let kept = explorer.scene.source().rung_bytes.load(Ordering::Relaxed);
+        assert_eq!(kept as u64 + 300, explorer.memory_bytes());
+    }
+}
+
+#[tokio::test]
+async fn a_stream_that_is_not_what_its_name_promises_shows_when_its_last_rung_comes() {
+    let (mut explorer, smooth) = looking(false).await;
+    let mut told = Vec::new();
+    while let Some(events) = explorer.advance().await {
+        told.extend(events.into_iter().filter_map(|event| match event {
+            Event::Problem(Error::Stream(name)) => Some(name),
+            _ => None,
+        }));
+    }
+    assert_eq!(told, [smooth.url]);
     assert_eq!(explorer.settled().await, Form::Level);
 }
 

@@ -115,7 +115,8 @@ impl Company {
         })
     }
 
-    /// Doors that are closed.
+    /// Doors that are closed, as the last revision numbers them that one was told of. Whoever still shows an earlier one opens all
+    /// of its doors instead.
     #[must_use]
     pub fn closed_doors(&self) -> &BTreeSet<ObjectId> {
         &self.closed

@@ -44,6 +44,15 @@ pub enum LiveEvent {
     Resync,
 }
 
+impl LiveEvent {
+    /// Whether a promise that nobody looks is void, and with it what was said before: somebody may look, volumes are among cells that
+    /// are no more, or another server may have taken the session up.
+    #[must_use]
+    pub fn voids_promises(&self) -> bool {
+        matches!(self, Self::Wake | Self::Revision(_) | Self::Resync)
+    }
+}
+
 /// How a stream begins.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Hello {
@@ -61,6 +70,8 @@ pub struct Hello {
     pub lease_ms: i64,
     /// Poses are extrapolated for at most so long.
     pub extrapolate_ms: i64,
+    /// Whether all nodes of the scene can be heard, where there may be several; [`LiveEvent::Network`] says when that changes.
+    pub network: Option<String>,
 }
 
 /// Somebody who comes into view.

@@ -14,11 +14,11 @@ use glam::DVec3;
 use super::{
     hull::{CellHull, Unbounded, area_m2, clipped, normal},
     overlap::overlap_m,
-    view_cell::{CellGraph, ViewCell},
+    view_cell::{CellGraph, Portal, ViewCell},
 };
 use crate::{
     defect::Defects,
-    occluders::{Body, HOLE, highest_bottom_m},
+    occluders::{Body, tolerance_of},
     source::{Authored, AuthoredShape},
     world::World,
 };
@@ -29,6 +29,8 @@ pub const TOLERANCE_M: f64 = 1e-3;
 const PORTAL_REACH_M: f64 = 0.05;
 /// A cell may have so many faces: each travels with the index.
 const MAX_FACES: usize = 128;
+/// All openings of a cell together may take so many bytes of its record. No more than 1 MiB of that is geometry, and its hull needs some.
+const MAX_OPENING_BYTES: usize = (1 << 20) - (1 << 16);
 /// Every face must be covered by triangles up to this share of its area, or the cell is not closed.
 const COVERED: f64 = 0.995;
 
@@ -85,6 +87,19 @@ pub enum AuthorError {
         /// By how much.
         by_m: f64,
     },
+    /// More than a record can hold.
+    #[error(
+        "author's cell `{node}` has {openings} openings, most of them into `{other}`, more than its record can hold: draw fewer \
+         and simpler `portal:` polygons, or cut the cell into several"
+    )]
+    TooManyOpenings {
+        /// The name of its node.
+        node: String,
+        /// The name of the node that most of them lead to.
+        other: String,
+        /// How many there are.
+        openings: usize,
+    },
 }
 
 /// A cell that was checked by itself.
@@ -104,7 +119,7 @@ struct FacePlane {
 /// Makes the author's cells the view cells.
 ///
 /// # Errors
-/// When a cell is not closed, not convex, without volume or overlaps another.
+/// When a cell is not closed, not convex, without volume, overlaps another or has too many openings.
 pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Result<CellGraph, AuthorError> {
     let mut checked = authored.cells.iter().map(Checked::of).collect::<Result<Vec<_>, _>>()?;
     let middle_of = |cell: &Checked| DVec3::from(cell.bounds.center());
@@ -141,6 +156,7 @@ pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Resul
         }
     }
     graph.settle();
+    check_openings(&graph, &checked)?;
     graph.name_doors(world);
     let unused: Vec<_> = authored.portals.iter().zip(&used).filter(|(_, used)| !**used).collect();
     defects.note(
@@ -164,10 +180,52 @@ pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Resul
     Ok(graph)
 }
 
+/// Notes the author's portals where he has drawn no cells that they could lie between.
+pub fn note_portals(authored: &Authored, defects: &mut Defects) {
+    let kind = "author's portal in a scene without author's cells: not used, cells and openings are found in the geometry; draw the \
+                rooms on either side as `cell:` to use it";
+    defects.name(kind, authored.portals.iter().map(|portal| portal.node.clone()));
+}
+
+/// Whether the openings of each cell can be written.
+fn check_openings(graph: &CellGraph, checked: &[Checked]) -> Result<(), AuthorError> {
+    for (cell, node) in graph.cells.iter().zip(checked) {
+        if opening_bytes(&cell.portals) > MAX_OPENING_BYTES {
+            let mut openings_into = vec![0; checked.len()];
+            for portal in &cell.portals {
+                openings_into[portal.to as usize] += 1;
+            }
+            let most = openings_into.iter().zip(checked).max_by_key(|(openings, _)| **openings);
+            return Err(AuthorError::TooManyOpenings {
+                node: node.node.into(),
+                other: most.map_or_else(String::new, |(_, other)| other.node.into()),
+                openings: cell.portals.len(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// No fewer bytes than openings take in a record: there a coordinate stands once, and corners are numbers of coordinates.
+fn opening_bytes(portals: &[Portal]) -> usize {
+    // Its cell, its door, how many corners it has, and that the cell is adjacent.
+    const PORTAL: usize = 20;
+    let corners = || portals.iter().flat_map(|portal| &portal.polygon);
+    let of_axis = |axis: usize| {
+        let mut coordinates: Vec<f64> = corners().map(|corner| corner[axis]).collect();
+        let count = coordinates.len();
+        coordinates.sort_by(f64::total_cmp);
+        coordinates.dedup();
+        let number_bytes = if coordinates.len() < 1 << 15 { 3 } else { 5 };
+        size_of_val(&coordinates[..]) + count * number_bytes
+    };
+    (0..3).map(of_axis).sum::<usize>() + PORTAL * portals.len()
+}
+
 /// The author's occluders as bodies. Whether one lies inside of what is drawn is taken on the author's word; it counts
 /// as a part of the smallest object around its middle. Only proofs use it: what a ray has seen stays seen.
 pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defects) -> Vec<Body> {
-    let margin_m = f64::from(HOLE * world.scale_m());
+    let tolerance = tolerance_of(world);
     let mut bodies = Vec::new();
     for shape in &authored.occluders {
         let Ok(hull) = Checked::of(shape).and_then(|solid| solid.hull()) else {
@@ -185,20 +243,18 @@ pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defect
             continue;
         };
         let planes = hull.planes.iter().map(|half| {
-            let offset = half[3] - normal(half).dot(world.origin()) - margin_m;
+            let offset = half[3] - normal(half).dot(world.origin());
             normal(half).extend(offset).as_vec4()
         });
-        let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
-        let planes: Vec<_> = planes.collect();
-        bodies.push(Body {
-            min: min + margin_m as f32,
-            max: max - margin_m as f32,
-            stands_m: highest_bottom_m(min, max, &planes) - margin_m as f32,
-            planes,
-            open_below: false,
-            hides: true,
-            object,
-        });
+        let sides = [bounds.min, bounds.max].map(|corner| world.relative(corner));
+        let leaves_something = hull.thickness_m() > 2.0 * f64::from(tolerance.hole_m);
+        let body = Body::inside(sides, &planes.collect::<Vec<_>>(), object, tolerance).filter(|_| leaves_something);
+        let Some(body) = body else {
+            let kind = "author's occluder that is thinner than what is known exactly in so wide a scene: not used";
+            defects.note(kind, 1, || shape.node.clone());
+            continue;
+        };
+        bodies.push(body);
     }
     bodies
 }

@@ -7,11 +7,12 @@ use super::{
 };
 use crate::{
     defect::Defects,
+    frame::Frame,
     memory::Forgetful,
     occluders::Hiders,
     progress::Silent,
     source::{Authored, AuthoredShape, Role},
-    visibility::{self, Method, SampledSettings, Views, VisibilitySettings},
+    visibility::{self, Method, SampledSettings, Views, VisibilitySettings, conservative::Scenery},
     world::World,
 };
 
@@ -132,6 +133,71 @@ fn a_portal_polygon_narrows_the_opening_and_one_elsewhere_is_a_defect() {
         defects.count("author's portal that lies between no two cells: not used"),
         1
     );
+}
+
+#[test]
+fn more_openings_than_a_record_holds_are_refused_by_both_names() {
+    let rooms = || {
+        vec![
+            rectangle("cell:a", [0.0, 4.0], [0.0, 200.0]),
+            rectangle("cell:b", [4.0, 8.0], [0.0, 200.0]),
+        ]
+    };
+    let openings = |count: [u32; 2]| {
+        let at = |i: u32, j: u32| [0.01 * f64::from(i), 0.05 * f64::from(j)];
+        let polygon = move |i: u32, j: u32| {
+            let [y, z] = at(i, j);
+            let [high, far] = [y + 0.008, z + 0.04];
+            let [a, b, c, d] = [[y, z], [high, z], [high, far], [y, far]].map(|[y, z]| DVec3::new(4.0, y, z));
+            AuthoredShape {
+                node: "portal:p".to_owned(),
+                triangles: vec![[a, b, c], [a, c, d]],
+            }
+        };
+        let [rows, columns] = count;
+        let all = (0..rows).flat_map(|i| (0..columns).map(move |j| polygon(i, j)));
+        cells(rooms(), all.collect()).0
+    };
+    let graph = openings([20, 200]).unwrap();
+    assert_eq!(graph.cells[0].portals.len(), 4_000);
+    let refused = openings([210, 200]).unwrap_err().to_string();
+    assert!(
+        refused.starts_with("author's cell `cell:a` has 42000 openings, most of them into `cell:b`"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn an_occluder_that_is_too_thin_for_a_wide_scene_is_left_out() {
+    let bodies = |occluder: AuthoredShape| {
+        let mut builder = Builder::default();
+        builder.block("panel", [10.0, 0.0, -10.0], [11.0, 4.0, 10.0]);
+        for x in [-7000.0, 7000.0] {
+            builder.block("far", [x, 0.0, 0.0], [x + 1.0, 1.0, 1.0]);
+        }
+        let world = World::new(&builder.scene).unwrap();
+        let authored = Authored {
+            occluders: vec![occluder],
+            ..Authored::default()
+        };
+        let mut defects = Defects::default();
+        let hiders = Hiders::of(&world, author::occluders(&world, &authored, &mut defects));
+        let scenery = Scenery::with(&world, hiders.occluders());
+        let stored = scenery.encode(&Frame::SOURCE, world.origin());
+        assert!(Scenery::decode(&stored).is_ok());
+        let left_out =
+            defects.count("author's occluder that is thinner than what is known exactly in so wide a scene: not used");
+        (scenery.blocker.occluders.bodies.len(), left_out)
+    };
+    let straight = |width_m: f64| rectangle("occluder:panel", [10.1, 10.1 + width_m], [-9.0, 9.0]);
+    let askew = |width_m: f64| {
+        let footprint = [[10.1, -0.4], [10.1 + width_m, -0.4], [10.7 + width_m, 0.2], [10.7, 0.2]];
+        prism("occluder:panel", &footprint, [0.0, 3.0])
+    };
+    for [wide, thin] in [[straight(0.5), straight(0.03)], [askew(0.2), askew(0.04)]] {
+        let [(with, none), (without, one)] = [wide, thin].map(bodies);
+        assert_eq!((with, none, one), (without + 1, 0, 1));
+    }
 }
 
 #[test]
@@ -290,4 +356,23 @@ fn a_region_for_proofs_is_the_hull_and_a_little_more() {
     let aslant = glam::Vec3::new(1.0, 0.0, 1.0).normalize();
     let [_, high] = region.heights(aslant, 0.0);
     assert!((2.0 * 2.0f32.sqrt()..2.829).contains(&high), "{high}");
+}
+
+#[test]
+fn portals_without_cells_are_all_named_with_the_way_out() {
+    let portal = |node: &str| AuthoredShape {
+        node: node.to_owned(),
+        triangles: vec![],
+    };
+    let authored = Authored {
+        portals: vec![portal("portal:front"), portal("portal:back")],
+        ..Authored::default()
+    };
+    let mut defects = Defects::default();
+    super::author::note_portals(&authored, &mut defects);
+    let told: Vec<_> = defects.iter().map(|defect| defect.to_string()).collect();
+    assert_eq!(told.len(), 1);
+    for part in ["2 × ", "(portal:front, portal:back)", "`cell:`"] {
+        assert!(told[0].contains(part), "{told:?}");
+    }
 }

@@ -100,6 +100,19 @@ impl CellHull {
         Bounds::around(self.shape.points.iter().copied())
     }
 
+    /// How thick it is between its faces and what lies farthest behind them, where that is least.
+    #[must_use]
+    pub fn thickness_m(&self) -> f64 {
+        let points = self.shape.points.iter().map(|point| DVec3::from(*point));
+        let behind = |half: &HalfSpace| {
+            points
+                .clone()
+                .map(|p| half[3] - normal(half).dot(p))
+                .fold(0.0, f64::max)
+        };
+        self.planes.iter().map(behind).fold(f64::INFINITY, f64::min)
+    }
+
     /// The corners of a face.
     pub fn corners_of(&self, face: usize) -> impl Iterator<Item = DVec3> + '_ {
         self.shape.faces[face]

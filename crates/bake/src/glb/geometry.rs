@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use crate::glb::lattice::Frame;
 use crate::glb::streams::{self, Stream, UNSIGNED_SHORT};
 use crate::meshopt_view;
-use crate::source::{Primitive, Topology};
+use crate::source::{Material, Primitive, Topology};
 
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
@@ -39,8 +39,13 @@ struct Rows<'a> {
 
 impl BufferWriter {
     /// Writes a primitive's data and returns its JSON, without material.
-    pub(super) fn primitive(&mut self, primitive: &Primitive, frame: &Frame) -> Map<String, Value> {
-        let (streams, indices) = ordered(primitive, streams::streams(primitive, frame));
+    pub(super) fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        frame: &Frame,
+        material: Option<&Material>,
+    ) -> Map<String, Value> {
+        let (streams, indices) = ordered(primitive, streams::streams(primitive, frame, material));
         let vertices = streams[0].rows.len() / streams[0].stride;
         let mut attributes = Map::new();
         for stream in &streams {

@@ -8,10 +8,20 @@ use std::collections::BTreeSet;
 use serde_json::{Map, Value, json};
 
 use crate::glb::{GlbInput, drawn, used_textures};
+use crate::source::{Material, Texture};
 
-/// The used part of a scene's materials.
+/// How a picture is written.
+pub(super) struct Picture {
+    /// Its glTF object.
+    pub(super) gltf: Value,
+    /// The ending that files of its kind have.
+    pub(super) ext: String,
+}
+
+/// Some of a scene's materials.
 pub(super) struct MaterialTable<'a> {
-    input: &'a GlbInput<'a>,
+    all_materials: &'a [Material],
+    all_textures: &'a [Texture],
     /// Rising indices into the scene's materials; or as they were listed, `None` for glTF's default.
     materials: Vec<Option<usize>>,
     /// Rising indices into the scene's textures.
@@ -19,24 +29,36 @@ pub(super) struct MaterialTable<'a> {
 }
 
 impl<'a> MaterialTable<'a> {
-    pub(super) fn new(input: &'a GlbInput<'a>) -> Self {
+    /// What some primitives use.
+    pub(super) fn new(input: &GlbInput<'a>) -> Self {
         let materials: BTreeSet<usize> = drawn(input.primitives)
             .filter_map(|p| p.material)
             .filter(|&m| m < input.materials.len())
             .collect();
         let textures = used_textures(input.primitives, input.materials);
         Self {
-            input,
+            all_materials: input.materials,
+            all_textures: input.textures,
             materials: materials.into_iter().map(Some).collect(),
             textures: textures.into_iter().filter(|&t| t < input.textures.len()).collect(),
         }
     }
 
     /// Of just these materials, in this order.
-    pub(super) fn listing(input: &'a GlbInput<'a>, materials: &[Option<usize>]) -> Self {
+    pub(super) fn listing(input: &GlbInput<'a>, materials: &[Option<usize>]) -> Self {
         Self {
             materials: materials.to_vec(),
             ..Self::new(input)
+        }
+    }
+
+    /// All that a scene has, under the same numbers.
+    pub(super) fn whole(materials: &'a [Material], textures: &'a [Texture]) -> Self {
+        Self {
+            all_materials: materials,
+            all_textures: textures,
+            materials: (0..materials.len()).map(Some).collect(),
+            textures: (0..textures.len()).collect(),
         }
     }
 
@@ -46,25 +68,30 @@ impl<'a> MaterialTable<'a> {
     }
 
     /// Writes materials, textures, samplers, images and the extensions that are used; `required` are those of the
-    /// geometry.
-    pub(super) fn write_into(&mut self, root: &mut Map<String, Value>, mut required: BTreeSet<&'static str>) {
+    /// geometry, and `picture` tells how one of the scene's pictures is written.
+    pub(super) fn write_into(
+        &self,
+        root: &mut Map<String, Value>,
+        mut required: BTreeSet<&'static str>,
+        picture: impl FnMut(usize) -> Picture,
+    ) {
         let mut extensions: BTreeSet<String> = required.iter().map(|name| (*name).to_owned()).collect();
         let mut materials = Vec::new();
         for &material in &self.materials {
-            let known = material.and_then(|material| self.input.materials.get(material));
+            let known = material.and_then(|material| self.all_materials.get(material));
             let mut gltf = known.map_or_else(|| json!({}), |material| material.gltf.clone());
             visit_textures(&mut gltf, &mut |texture| self.textures.binary_search(&texture).ok());
             collect_extensions(&gltf, &mut extensions);
             materials.push(gltf);
         }
-        let mut images: Vec<usize> = self.textures.iter().map(|&t| self.input.textures[t].image).collect();
+        let mut images: Vec<usize> = self.textures.iter().map(|&t| self.all_textures[t].image).collect();
         images.sort_unstable();
         images.dedup();
-        let uris: Vec<String> = images.iter().map(|&image| (self.input.image_uri)(image)).collect();
+        let pictures: Vec<Picture> = images.iter().copied().map(picture).collect();
         let mut samplers: Vec<Value> = Vec::new();
         let mut textures = Vec::new();
         for &texture in &self.textures {
-            let texture = &self.input.textures[texture];
+            let texture = &self.all_textures[texture];
             let source = images.partition_point(|&image| image < texture.image);
             let mut json = Map::new();
             if let Some(sampler) = &texture.sampler {
@@ -76,7 +103,7 @@ impl<'a> MaterialTable<'a> {
                 });
                 json.insert("sampler".into(), json!(position));
             }
-            match picture_extension(&uris[source]) {
+            match picture_extension(&pictures[source].ext) {
                 None => {
                     json.insert("source".into(), json!(source));
                 }
@@ -89,7 +116,7 @@ impl<'a> MaterialTable<'a> {
             }
             textures.push(Value::Object(json));
         }
-        let images: Vec<Value> = uris.iter().map(|uri| json!({"uri": uri})).collect();
+        let images: Vec<Value> = pictures.into_iter().map(|picture| picture.gltf).collect();
         let extensions: Vec<Value> = extensions.into_iter().map(Value::from).collect();
         let required: Vec<Value> = required.into_iter().map(Value::from).collect();
         for (name, list) in [
@@ -108,11 +135,11 @@ impl<'a> MaterialTable<'a> {
 }
 
 /// The extension that lets a texture use a picture of this kind; `None` for PNG and JPEG.
-fn picture_extension(uri: &str) -> Option<&'static str> {
-    match uri.rsplit_once('.').map(|(_, ext)| ext) {
-        Some("webp") => Some("EXT_texture_webp"),
-        Some("avif") => Some("EXT_texture_avif"),
-        Some("ktx2") => Some("KHR_texture_basisu"),
+fn picture_extension(ext: &str) -> Option<&'static str> {
+    match ext {
+        "webp" => Some("EXT_texture_webp"),
+        "avif" => Some("EXT_texture_avif"),
+        "ktx2" => Some("KHR_texture_basisu"),
         _ => None,
     }
 }

@@ -29,7 +29,7 @@ use serde_json::{Map, Value, json};
 
 use crate::glb::geometry::BufferWriter;
 use crate::glb::lattice::{Frame, Lattice};
-use crate::glb::materials::MaterialTable;
+use crate::glb::materials::{MaterialTable, Picture};
 pub use crate::glb::plain::{NoLevel, plain};
 pub use crate::glb::whole::write_whole;
 use crate::meshopt_view;
@@ -67,11 +67,12 @@ const QUANTIZATION: &str = "KHR_mesh_quantization";
 #[must_use]
 pub fn write(input: &GlbInput, lattice: Lattice) -> Glb {
     let mut buffer = BufferWriter::default();
-    let mut materials = MaterialTable::new(input);
+    let materials = MaterialTable::new(input);
     let frame = Frame::of(drawn(input.primitives), lattice);
     let primitives: Vec<Value> = drawn(input.primitives)
         .map(|primitive| {
-            let mut json = buffer.primitive(primitive, &frame);
+            let material = primitive.material.and_then(|m| input.materials.get(m));
+            let mut json = buffer.primitive(primitive, &frame, material);
             if let Some(material) = primitive.material.and_then(|m| materials.position(m)) {
                 json.insert("material".into(), json!(material));
             }
@@ -98,11 +99,22 @@ pub fn write(input: &GlbInput, lattice: Lattice) -> Glb {
     if buffer.is_compressed() {
         required.insert(meshopt_view::EXTENSION);
     }
-    materials.write_into(&mut root, required);
+    materials.write_into(&mut root, required, beside(input));
     let binary = buffer.write_into(&mut root);
     Glb {
         bytes: container(&Value::Object(root), &binary),
         rounding: frame.rounding(drawn(input.primitives)),
+    }
+}
+
+/// Pictures as files of their own.
+fn beside(input: &GlbInput) -> impl Fn(usize) -> Picture {
+    |image| {
+        let uri = (input.image_uri)(image);
+        Picture {
+            ext: uri.rsplit_once('.').map_or("", |(_, ext)| ext).to_owned(),
+            gltf: json!({"uri": uri}),
+        }
     }
 }
 
@@ -123,7 +135,7 @@ fn node(frame: &Frame) -> Value {
 pub fn write_materials(input: &GlbInput, listed: &[Option<usize>]) -> Vec<u8> {
     let mut root = Map::new();
     root.insert("asset".into(), json!({"version": "2.0", "generator": "Belvedere"}));
-    MaterialTable::listing(input, listed).write_into(&mut root, BTreeSet::new());
+    MaterialTable::listing(input, listed).write_into(&mut root, BTreeSet::new(), beside(input));
     Value::Object(root).to_string().into_bytes()
 }
 

@@ -5,20 +5,23 @@
 //! |---|---|
 //! | positions | three u16 and two bytes of nothing, or three filtered floats, see [`Frame`] |
 //! | normals, tangents | octahedral, 8 bits a coordinate: off by at most about a degree |
-//! | texture coordinates | two u16 when all lie between 0 and 1, else two floats that are multiples of 2⁻¹⁶ |
+//! | texture coordinates | two u16 when all lie between 0 and 1 and no picture is repeated more than 16 times, else two floats that are multiples of 2⁻¹⁶ or of less |
 //! | colours | four u8 when that is exact, else four u16 between 0 and 1, else four floats that are multiples of 2⁻¹⁶ |
 
 use crate::glb::lattice::{Frame, excess_bits};
 use crate::meshopt_view;
-use crate::source::{Primitive, Topology};
+use crate::pictures::texels::pictures_a_unit;
+use crate::source::{Material, Primitive, Topology};
 
 pub(super) const BYTE: u32 = 5120;
 pub(super) const UNSIGNED_BYTE: u32 = 5121;
 pub(super) const UNSIGNED_SHORT: u32 = 5123;
 pub(super) const FLOAT: u32 = 5126;
 
-/// Floats of texture coordinates and colours are multiples of two to the power of this, unless they are large.
+/// Floats of texture coordinates and colours are multiples of two to the power of this, unless they are large or a picture is repeated often.
 const FLOAT_EXPONENT: i32 = -16;
+/// Up to so many pictures along a unit of texture coordinates, 16 bits tell a place within 1/8192 of one.
+const PICTURES_A_UNIT: f64 = 16.0;
 
 /// One attribute of all vertices of a primitive.
 pub(super) struct Stream {
@@ -64,14 +67,9 @@ impl Stream {
         }
     }
 
-    /// Whole numbers of at most 24 bits, times two to the power of `exponent`.
-    fn floats<const N: usize>(
-        name: String,
-        shape: &'static str,
-        rows: impl Iterator<Item = [f64; N]>,
-        exponent: i32,
-    ) -> Self {
-        let filtered = |mantissa: f64| (exponent << 24) | (mantissa as i32 & 0xFF_FFFF);
+    /// Whole numbers of at most 24 bits, times two to the power of an exponent.
+    fn floats<const N: usize>(name: String, shape: &'static str, rows: impl Iterator<Item = [(i32, f64); N]>) -> Self {
+        let filtered = |(exponent, mantissa): (i32, f64)| (exponent << 24) | (mantissa as i32 & 0xFF_FFFF);
         Self {
             name,
             shape,
@@ -83,19 +81,15 @@ impl Stream {
         }
     }
 
-    /// Floats rounded to a multiple of a power of two that suits texture coordinates and colours.
-    fn rounded_floats<const N: usize>(name: String, shape: &'static str, rows: &[[f32; N]]) -> Self {
-        let largest = rows
-            .as_flattened()
-            .iter()
-            .fold(0.0f64, |most, x| most.max(f64::from(*x).abs()));
-        let unit = f64::from(FLOAT_EXPONENT).exp2();
-        let exponent = FLOAT_EXPONENT + excess_bits((largest / unit).ceil()) as i32;
-        let unit = f64::from(exponent).exp2();
-        let rows = rows
-            .iter()
-            .map(|row| row.map(|x| (f64::from(x) / unit).round_ties_even()));
-        Self::floats(name, shape, rows, exponent)
+    /// Floats rounded to multiples of a power of two, each of which is too long for that to one of its own: a stray one takes nothing
+    /// from the others.
+    fn rounded_floats<const N: usize>(name: String, shape: &'static str, rows: &[[f32; N]], finest: i32) -> Self {
+        let rounded = |x: f32| {
+            let counted = |exponent: i32| f64::from(x) / f64::from(exponent).exp2();
+            let exponent = finest + excess_bits(counted(finest).abs().ceil()) as i32;
+            (exponent, counted(exponent).round_ties_even())
+        };
+        Self::floats(name, shape, rows.iter().map(|row| row.map(rounded)))
     }
 
     fn positions(rows: &[[f32; 3]], frame: &Frame) -> Self {
@@ -106,7 +100,7 @@ impl Stream {
                 normalized: false,
                 ..Self::words(name, "VEC3", steps.map(|p| p.map(|x| x as u16)))
             },
-            Frame::Floats { lattice } => Self::floats(name, "VEC3", steps, lattice.exponent()),
+            Frame::Floats { lattice } => Self::floats(name, "VEC3", steps.map(|p| p.map(|x| (lattice.exponent(), x)))),
         }
     }
 
@@ -124,16 +118,19 @@ impl Stream {
         }
     }
 
-    fn texture_coordinates(set: usize, rows: &[[f32; 2]]) -> Self {
+    fn texture_coordinates(set: usize, rows: &[[f32; 2]], material: Option<&Material>) -> Self {
         let name = format!("TEXCOORD_{set}");
-        if within_unit(rows) {
+        let times = pictures_a_unit(material, set) / PICTURES_A_UNIT;
+        if within_unit(rows) && times <= 1.0 {
             Self::words(
                 name,
                 "VEC2",
                 rows.iter().map(|uv| uv.map(|x| scaled(x, u16::MAX.into()) as u16)),
             )
         } else {
-            Self::rounded_floats(name, "VEC2", rows)
+            // More bits than this no float has left.
+            let more = times.log2().ceil().clamp(0.0, 32.0);
+            Self::rounded_floats(name, "VEC2", rows, FLOAT_EXPONENT - more as i32)
         }
     }
 
@@ -155,13 +152,13 @@ impl Stream {
                 rows.iter().map(|c| c.map(|x| scaled(x, u16::MAX.into()) as u16)),
             )
         } else {
-            Self::rounded_floats(name, "VEC4", rows)
+            Self::rounded_floats(name, "VEC4", rows, FLOAT_EXPONENT)
         }
     }
 }
 
-/// The attributes of a primitive, positions first.
-pub(super) fn streams(primitive: &Primitive, frame: &Frame) -> Vec<Stream> {
+/// The attributes of a primitive, positions first, as finely as its material shows them.
+pub(super) fn streams(primitive: &Primitive, frame: &Frame, material: Option<&Material>) -> Vec<Stream> {
     let mut streams = vec![Stream::positions(&primitive.positions, frame)];
     if !primitive.normals.is_empty() {
         let rows: Vec<_> = primitive.normals.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
@@ -172,7 +169,7 @@ pub(super) fn streams(primitive: &Primitive, frame: &Frame) -> Vec<Stream> {
         }
     }
     let sets = primitive.uvs.iter().enumerate().filter(|(_, uvs)| !uvs.is_empty());
-    streams.extend(sets.map(|(set, uvs)| Stream::texture_coordinates(set, uvs)));
+    streams.extend(sets.map(|(set, uvs)| Stream::texture_coordinates(set, uvs, material)));
     if !primitive.colors.is_empty() {
         streams.push(Stream::colors(&primitive.colors));
     }

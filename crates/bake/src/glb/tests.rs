@@ -301,6 +301,53 @@ fn every_corner_keeps_its_place_and_attributes_to_the_stated_precision() {
     }
 }
 
+/// How far the texture coordinates of a level are off that lie within the unit, at most.
+fn off(sample: &Sample) -> f32 {
+    let given = &sample.primitives[0].uvs[0];
+    let written = corners::<2>(&sample.glb(), 0, "TEXCOORD_0");
+    let near = |uv: &[f32; 2]| {
+        let far = |other: &[f32; 2]| (uv[0] - other[0]).abs().max((uv[1] - other[1]).abs());
+        given.iter().map(far).fold(f32::INFINITY, f32::min)
+    };
+    let within = written.iter().filter(|uv| uv.iter().all(|x| x.abs() <= 1.0));
+    within.map(near).fold(0.0, f32::max)
+}
+
+#[test]
+fn texture_coordinates_are_as_fine_as_pictures_are_small() {
+    for (scale, most) in [
+        (1.0, 1.0 / 131_000.0),
+        (16.0, 1.0 / 131_000.0),
+        (200.0, 1.0 / (200.0 * 8192.0)),
+    ] {
+        let transform = json!({"scale": [1, scale], "rotation": 0.3});
+        let mut sample = sheet_sample(sheet(40, 8.0));
+        sample.primitives[0].uvs.truncate(1);
+        sample.primitives[0].uvs[0]
+            .iter_mut()
+            .for_each(|uv| *uv = uv.map(|x| (0.37 * x).fract()));
+        sample.primitives[0].material = Some(0);
+        let texture = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
+        sample.materials = vec![material(json!({"emissiveTexture": texture}))];
+        let off = off(&sample);
+        assert!(off > 0.0 && off <= most, "{off} at {scale}");
+    }
+}
+
+#[test]
+fn a_stray_texture_coordinate_takes_nothing_from_the_others() {
+    let mut sample = sheet_sample(sheet(40, 8.0));
+    sample.primitives[0].uvs.truncate(1);
+    sample.primitives[0].uvs[0]
+        .iter_mut()
+        .for_each(|uv| *uv = uv.map(|x| (0.37 * x).fract()));
+    sample.primitives[0].uvs[0][5] = [1e6, -999.5];
+    let off = off(&sample);
+    assert!(off <= 1.0 / 131_072.0, "{off}");
+    let written = corners::<2>(&sample.glb(), 0, "TEXCOORD_0");
+    assert!(written.contains(&[1e6, -999.5]));
+}
+
 #[test]
 fn a_level_takes_less_than_half_of_its_plain_form() {
     let sample = sheet_sample(sheet(40, 8.0));

@@ -1,8 +1,12 @@
 //! How does a whole scene become one plain file? Every object in its place, nothing quantised, nothing compressed.
 
+use std::collections::BTreeSet;
+
+use glam::DMat4;
 use serde_json::{Map, Value, json};
 
 use super::container;
+use super::materials::{MaterialTable, Picture};
 use super::streams::FLOAT;
 use crate::source::{Primitive, SourceScene, Topology};
 
@@ -10,7 +14,7 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// Writes a GLB (glTF 2.0 without extensions, but for those of the materials) with a mesh for each model and a node for
+/// Writes a GLB (glTF 2.0 without extensions, but for those of materials and pictures) with a mesh for each model and a node for
 /// each object. Pictures are embedded.
 #[must_use]
 pub fn write_whole(scene: &SourceScene) -> Vec<u8> {
@@ -27,19 +31,12 @@ pub fn write_whole(scene: &SourceScene) -> Vec<u8> {
         .objects
         .iter()
         .map(|object| {
-            let matrix = object.world_from_object.to_cols_array();
-            json!({"name": object.source_node, "mesh": object.model, "matrix": matrix})
+            let mut node = json!({"name": object.source_node, "mesh": object.model});
+            if object.world_from_object != DMat4::IDENTITY {
+                node["matrix"] = json!(object.world_from_object.to_cols_array());
+            }
+            node
         })
-        .collect();
-    let images: Vec<Value> = scene
-        .images
-        .iter()
-        .map(|image| json!({"bufferView": buffer.view(&image.bytes, None), "mimeType": image.media_type}))
-        .collect();
-    let textures: Vec<Value> = scene
-        .textures
-        .iter()
-        .map(|texture| json!({"source": texture.image}))
         .collect();
     let mut root = Map::new();
     root.insert("asset".into(), json!({"version": "2.0", "generator": "Belvedere"}));
@@ -48,13 +45,16 @@ pub fn write_whole(scene: &SourceScene) -> Vec<u8> {
         "scenes".into(),
         json!([{"nodes": (0..nodes.len()).collect::<Vec<_>>()}]),
     );
-    let materials = scene.materials.iter().map(|material| material.gltf.clone()).collect();
+    MaterialTable::whole(&scene.materials, &scene.textures).write_into(&mut root, BTreeSet::new(), |image| {
+        let image = &scene.images[image];
+        Picture {
+            gltf: json!({"bufferView": buffer.view(&image.bytes, None), "mimeType": image.media_type}),
+            ext: image.ext.to_owned(),
+        }
+    });
     let lists = [
         ("nodes", nodes),
         ("meshes", meshes),
-        ("materials", materials),
-        ("textures", textures),
-        ("images", images),
         ("accessors", buffer.accessors),
         ("bufferViews", buffer.views),
     ];
@@ -133,5 +133,94 @@ impl Buffer {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         self.views.push(view);
         self.views.len() - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::source::{Image, Material, Role, SourceModel, SourceObject, Texture};
+
+    #[test]
+    fn what_stands_where_it_was_made_says_no_matrix() {
+        let at = |x: f64| SourceObject {
+            source_node: "n".to_owned(),
+            part: 0,
+            model: 0,
+            world_from_object: DMat4::from_translation(DVec3::new(x, 0.0, 0.0)),
+            role: Role::default(),
+        };
+        let scene = SourceScene {
+            models: vec![SourceModel::default()],
+            objects: vec![at(0.0), at(2.0)],
+            ..SourceScene::default()
+        };
+        let glb = write_whole(&scene);
+        let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+        let root: Value = serde_json::from_slice(&glb[20..20 + length]).unwrap();
+        assert!(root["nodes"][0].get("matrix").is_none(), "{}", root["nodes"]);
+        assert_eq!(root["nodes"][1]["matrix"][12], 2.0);
+    }
+
+    #[test]
+    fn extensions_samplers_and_kinds_of_pictures_are_told() {
+        let texture = |index: usize| {
+            let transform = json!({"KHR_texture_transform": {"scale": [2, 2]}});
+            json!({"baseColorTexture": {"index": index, "extensions": transform}})
+        };
+        let material = |index: usize| Material {
+            gltf: json!({"pbrMetallicRoughness": texture(index), "extensions": {"KHR_materials_unlit": {}}}),
+            see_through: false,
+            double_sided: false,
+        };
+        let image = |ext, media_type| Image {
+            ext,
+            media_type,
+            bytes: vec![7; 5],
+        };
+        let primitive = Primitive {
+            material: Some(1),
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            indices: vec![0, 1, 2],
+            ..Primitive::default()
+        };
+        let scene = SourceScene {
+            models: vec![SourceModel {
+                primitives: vec![primitive],
+                ..SourceModel::default()
+            }],
+            materials: vec![material(0), material(1)],
+            textures: [Some(json!({"wrapS": 33071})), None]
+                .into_iter()
+                .enumerate()
+                .map(|(image, sampler)| Texture { image, sampler })
+                .collect(),
+            images: vec![image("webp", "image/webp"), image("png", "image/png")],
+            ..SourceScene::default()
+        };
+        let glb = write_whole(&scene);
+        let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+        let root: Value = serde_json::from_slice(&glb[20..20 + length]).unwrap();
+        assert_eq!(
+            root["extensionsUsed"],
+            json!(["EXT_texture_webp", "KHR_materials_unlit", "KHR_texture_transform"])
+        );
+        assert_eq!(root["extensionsRequired"], json!(["EXT_texture_webp"]));
+        assert_eq!(
+            root["textures"],
+            json!([{"sampler": 0, "extensions": {"EXT_texture_webp": {"source": 0}}}, {"source": 1}])
+        );
+        assert_eq!(root["samplers"], json!([{"wrapS": 33071}]));
+        assert_eq!(root["meshes"][0]["primitives"][0]["material"], 1);
+        assert_eq!(root["materials"][1], scene.materials[1].gltf);
+        for (i, kind) in ["image/webp", "image/png"].into_iter().enumerate() {
+            let view = &root["bufferViews"][root["images"][i]["bufferView"].as_u64().unwrap() as usize];
+            assert_eq!(
+                (&root["images"][i]["mimeType"], &view["byteLength"]),
+                (&json!(kind), &json!(5))
+            );
+        }
     }
 }

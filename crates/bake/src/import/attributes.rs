@@ -8,6 +8,9 @@ use crate::source::{Primitive, Topology};
 /// How far from one a length may be before it counts as a defect. Quantised normals are off by up to this much.
 const LENGTH_TOLERANCE: f64 = 0.02;
 
+/// Larger texture coordinates and colours mean nothing: single precision tells such coordinates apart by a sixteenth of a picture.
+const MOST: f32 = 1e6;
+
 /// Makes normals unit vectors. One that has no direction is taken from the triangles around its vertex; where that is
 /// impossible, all of them are left out.
 pub(super) fn normals(
@@ -84,27 +87,36 @@ pub(super) fn tangents(mut raw: Vec<[f32; 4]>, (defects, place): (&mut Defects, 
     raw
 }
 
-/// Makes texture coordinates finite.
+/// Makes texture coordinates finite, and those that are beyond all pictures zero.
 pub(super) fn uvs(mut raw: Vec<[f32; 2]>, (defects, place): (&mut Defects, &str)) -> Vec<[f32; 2]> {
-    let changed = mend(&mut raw, 0.0);
-    defects.note("texture coordinate that is not finite: set to zero", changed, || {
-        place.to_owned()
-    });
+    let [endless, large] = mend(&mut raw, 0.0);
+    let place = || place.to_owned();
+    defects.note("texture coordinate that is not finite: set to zero", endless, place);
+    defects.note("texture coordinate beyond 1000000: set to zero", large, place);
     raw
 }
 
-/// Makes colours finite.
+/// Makes colours finite, and those that are brighter than any light one.
 pub(super) fn colors(mut raw: Vec<[f32; 4]>, (defects, place): (&mut Defects, &str)) -> Vec<[f32; 4]> {
-    let changed = mend(&mut raw, 1.0);
-    defects.note("colour that is not finite: set to one", changed, || place.to_owned());
+    let [endless, large] = mend(&mut raw, 1.0);
+    let place = || place.to_owned();
+    defects.note("colour that is not finite: set to one", endless, place);
+    defects.note("colour beyond 1000000: set to one", large, place);
     raw
 }
 
-fn mend<const N: usize>(values: &mut [[f32; N]], mended: f32) -> u64 {
-    let mut changed = 0;
-    for number in values.as_flattened_mut().iter_mut().filter(|n| !n.is_finite()) {
+/// Replaces numbers that are not finite, and those that are too large; how many there were of each.
+fn mend<const N: usize>(values: &mut [[f32; N]], mended: f32) -> [u64; 2] {
+    let mut changed = [0; 2];
+    for number in values.as_flattened_mut() {
+        if !number.is_finite() {
+            changed[0] += 1;
+        } else if number.abs() > MOST {
+            changed[1] += 1;
+        } else {
+            continue;
+        }
         *number = mended;
-        changed += 1;
     }
     changed
 }
@@ -167,5 +179,18 @@ mod tests {
             [[1.0, 0.0, 0.0, 1.0]]
         );
         assert_eq!(defects.iter().map(|d| d.count).sum::<u64>(), 2);
+    }
+
+    #[test]
+    fn numbers_that_mean_nothing_are_replaced_and_told() {
+        let mut defects = Defects::default();
+        let raw = vec![[1e30, 0.5], [-2e6, 1e6], [f32::NAN, -0.5]];
+        let mended = [[0.0, 0.5], [0.0, 1e6], [0.0, -0.5]];
+        assert_eq!(uvs(raw, (&mut defects, "p")), mended);
+        assert_eq!(defects.count("texture coordinate beyond 1000000: set to zero"), 2);
+        assert_eq!(defects.count("texture coordinate that is not finite: set to zero"), 1);
+        let raw = vec![[50.0, 1e30, 0.0, 1.0]];
+        assert_eq!(colors(raw, (&mut defects, "p")), [[50.0, 1.0, 0.0, 1.0]]);
+        assert_eq!(defects.count("colour beyond 1000000: set to one"), 1);
     }
 }

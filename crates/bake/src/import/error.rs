@@ -7,7 +7,8 @@ use belvedere_scene::procedural::DcgError;
 pub enum ImportError {
     /// Not a format that is read here.
     #[error(
-        "this is {found}; give a glTF 2.0 file (.glb, or .gltf with its files), a .zip that holds one, a floor plan (.plan) or rules (.dcg)"
+        "this is {found}; give a glTF 2.0 file (.glb, or .gltf with its files), a .zip that holds one, a floor plan (.plan) or rules (.dcg); \
+         other formats can be converted, with Blender for example"
     )]
     UnknownFormat {
         /// What it looks like.

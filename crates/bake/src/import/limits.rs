@@ -1,5 +1,8 @@
 //! How much may a source claim? Every decoded array is claimed here before it is allocated.
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use super::ImportError;
 
 /// What a source may cost.
@@ -20,31 +23,32 @@ impl Default for Limits {
     }
 }
 
-/// Adds up claims. Claims are never given back: the sum bounds the work of an import as well as its memory.
-#[derive(Debug)]
+/// Adds up claims; clones add to the same sum. Claims are never given back: the sum bounds the work of an import as well as
+/// its memory.
+#[derive(Debug, Clone)]
 pub(super) struct Budget {
     limit_bytes: u64,
-    claimed_bytes: u64,
+    claimed_bytes: Rc<Cell<u64>>,
 }
 
 impl Budget {
     pub(super) fn new(limits: &Limits) -> Self {
         Self {
             limit_bytes: limits.memory_bytes,
-            claimed_bytes: 0,
+            claimed_bytes: Rc::default(),
         }
     }
 
     /// Claims room for `count` things of `size_bytes`.
     pub(super) fn claim(
-        &mut self,
+        &self,
         count: usize,
         size_bytes: usize,
         place: impl FnOnce() -> String,
     ) -> Result<(), ImportError> {
         let claimed_bytes = (count as u64)
             .saturating_mul(size_bytes as u64)
-            .saturating_add(self.claimed_bytes);
+            .saturating_add(self.claimed_bytes.get());
         if claimed_bytes > self.limit_bytes {
             return Err(ImportError::Memory {
                 place: place(),
@@ -52,7 +56,7 @@ impl Budget {
                 limit_bytes: self.limit_bytes,
             });
         }
-        self.claimed_bytes = claimed_bytes;
+        self.claimed_bytes.set(claimed_bytes);
         Ok(())
     }
 
@@ -63,14 +67,14 @@ impl Budget {
 
     /// What can still be claimed.
     pub(super) fn left_bytes(&self) -> u64 {
-        self.limit_bytes - self.claimed_bytes
+        self.limit_bytes - self.claimed_bytes.get()
     }
 
     /// The refusal of something that is larger than what is left.
     pub(super) fn refusal(&self, place: String, wanted_bytes: u64) -> ImportError {
         ImportError::Memory {
             place,
-            claimed_bytes: self.claimed_bytes.saturating_add(wanted_bytes),
+            claimed_bytes: self.claimed_bytes.get().saturating_add(wanted_bytes),
             limit_bytes: self.limit_bytes,
         }
     }
@@ -82,7 +86,7 @@ mod tests {
 
     #[test]
     fn claims_add_up_to_the_limit_and_no_further() {
-        let mut budget = Budget::new(&Limits {
+        let budget = Budget::new(&Limits {
             memory_bytes: 100,
             max_objects: 1,
         });

@@ -85,7 +85,8 @@ fn remap_textures(
     place: &str,
 ) -> Result<(), ImportError> {
     let members: Vec<String> = match value {
-        Value::Object(object) => object.keys().cloned().collect(),
+        // What an author notes beside it is nobody else's to change.
+        Value::Object(object) => object.keys().filter(|key| *key != "extras").cloned().collect(),
         Value::Array(list) => (0..list.len()).map(|i| i.to_string()).collect(),
         _ => return Ok(()),
     };

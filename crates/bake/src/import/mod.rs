@@ -56,6 +56,9 @@ mod testing;
 pub use error::{FileError, ImportError};
 pub use limits::Limits;
 
+use std::collections::BTreeMap;
+
+use serde::de::IgnoredAny;
 use serde_json::Value;
 
 use crate::defect::Defects;
@@ -159,7 +162,8 @@ pub fn import_sown(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Gro
             file: file_name.to_owned(),
         });
     }
-    import_on(ground, file_name, bytes, Asker::Source(sowing))
+    let budget = Budget::new(ground.limits);
+    import_on((ground, budget), file_name, bytes, Asker::Source(sowing))
 }
 
 /// Whether a file is taken for rules: by its name, since any text may be some.
@@ -168,10 +172,18 @@ pub fn is_rules(file_name: &str) -> bool {
     has_ending(file_name, "dcg")
 }
 
-/// Whether what a file begins with is glTF's, or an archive's, which may hold it.
+/// Whether a file is glTF, or an archive, which may hold it. Rules may begin with a brace, too: only a whole document with
+/// an `asset` is glTF's.
 #[must_use]
 pub fn is_gltf(bytes: &[u8]) -> bool {
-    matches!(detect("", bytes), Format::Glb | Format::Json | Format::Zip)
+    match detect("", bytes) {
+        Format::Glb | Format::Zip => true,
+        Format::Json => {
+            let members = serde_json::from_slice::<BTreeMap<String, IgnoredAny>>(without_byte_order_mark(bytes));
+            members.is_ok_and(|members| members.contains_key("asset"))
+        }
+        Format::Other(_) => false,
+    }
 }
 
 /// Who asks for a file.
@@ -183,21 +195,25 @@ enum Asker<'a> {
     Placed,
 }
 
-fn import_on(ground: Ground, file_name: &str, bytes: Vec<u8>, asker: Asker) -> Result<Imported, ImportError> {
-    let mut budget = Budget::new(ground.limits);
+fn import_on(
+    (ground, budget): (Ground, Budget),
+    file_name: &str,
+    bytes: Vec<u8>,
+    asker: Asker,
+) -> Result<Imported, ImportError> {
     budget.claim(bytes.len(), 1, || file_name.to_owned())?;
     if has_ending(file_name, "plan") {
         return read_plan(&bytes, ground.progress);
     }
     let nodes_grow = match asker {
         Asker::Source(sowing) if is_rules(file_name) => {
-            return procedural::read(file_name, bytes, sowing, ground);
+            return procedural::read(file_name, bytes, sowing, (ground, &budget));
         }
         Asker::Source(_) => true,
         Asker::Placed => false,
     };
     if detect(file_name, &bytes) != Format::Zip {
-        return Document::open(file_name, bytes, &mut budget)?.read(ground, budget, nodes_grow);
+        return Document::open(file_name, bytes, &budget)?.read(ground, budget, nodes_grow);
     }
     let archive = Archive::open(bytes)?;
     let main = archive.read_main(budget.left_bytes())?;
@@ -206,7 +222,7 @@ fn import_on(ground: Ground, file_name: &str, bytes: Vec<u8>, asker: Asker) -> R
         files: &archive,
         ..ground
     };
-    Document::open(archive.main_path(), main, &mut budget)?.read(inside, budget, nodes_grow)
+    Document::open(archive.main_path(), main, &budget)?.read(inside, budget, nodes_grow)
 }
 
 /// Reads a floor plan, see [`plan`].
@@ -229,8 +245,8 @@ struct Document {
 }
 
 impl Document {
-    fn open(file_name: &str, bytes: Vec<u8>, budget: &mut Budget) -> Result<Self, ImportError> {
-        let mut parse = |text: &[u8]| -> Result<Value, ImportError> {
+    fn open(file_name: &str, bytes: Vec<u8>, budget: &Budget) -> Result<Self, ImportError> {
+        let parse = |text: &[u8]| -> Result<Value, ImportError> {
             let text = without_byte_order_mark(text);
             budget.claim(parsed_bytes(text), 1, || "the glTF document".into())?;
             Ok(serde_json::from_slice(text)?)

@@ -1,5 +1,7 @@
-//! Does every test scene import as its readme says? The scenes stand beside the repository; without them these tests
-//! say so and pass.
+//! Does every test scene import as its readme says?
+
+#[path = "../../../../tests/tools/scenes.rs"]
+mod beside;
 
 use std::path::{Path, PathBuf};
 
@@ -8,6 +10,7 @@ use super::{FileError, ImportError, Imported, Limits, SourceFiles, import};
 use crate::progress::Silent;
 use crate::source::{SourceObject, SourceScene, Topology};
 use belvedere_scene::Bounds;
+use beside::scenes;
 
 /// The files of a folder.
 struct Folder(PathBuf);
@@ -21,15 +24,6 @@ impl SourceFiles for Folder {
             Err(_) => Err(FileError::Missing),
         }
     }
-}
-
-fn scenes() -> Option<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes");
-    if !root.is_dir() {
-        println!("skipped: there are no test scenes at {}", root.display());
-        return None;
-    }
-    Some(root)
 }
 
 fn read(root: &Path, name: &str) -> Result<Imported, ImportError> {

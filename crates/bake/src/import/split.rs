@@ -21,6 +21,7 @@ use rayon::prelude::*;
 
 use super::extent::typical_extent_m;
 use crate::defect::Defects;
+use crate::growable::Tie;
 use crate::source::{Role, SourceModel, SourceObject, SourceScene};
 
 /// When to cut.
@@ -276,6 +277,7 @@ fn extract(model: &SourceModel, part: Vec<Shape>) -> SourceModel {
         name: model.name.clone(),
         primitives: primitives.collect(),
         impostor: model.impostor,
+        tie: model.tie.or(model.recipe.as_ref().map(|_| Tie::Cut)),
         ..SourceModel::default()
     }
 }

@@ -1,7 +1,7 @@
 //! Has each primitive the texture coordinates that its material asks for? What is missing is zero, so that what is published
 //! is valid: a reader of the source would find nothing there either.
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::ImportError;
 use super::materials::is_texture_reference;
@@ -54,10 +54,15 @@ fn wanted(value: &Value) -> usize {
         own.max(wanted(member))
     };
     match value {
-        Value::Object(members) => members.iter().map(of_member).max().unwrap_or(0),
+        Value::Object(members) => own(members).map(of_member).max().unwrap_or(0),
         Value::Array(items) => items.iter().map(wanted).max().unwrap_or(0),
         _ => 0,
     }
+}
+
+/// Members of a glTF object but for what its author notes beside it.
+fn own(members: &Map<String, Value>) -> impl Iterator<Item = (&String, &Value)> {
+    members.iter().filter(|(key, _)| *key != "extras")
 }
 
 /// Makes references to sets that no primitive keeps ones to the first; how many there were.
@@ -65,6 +70,7 @@ fn bound(value: &mut Value) -> u64 {
     match value {
         Value::Object(members) => members
             .iter_mut()
+            .filter(|(key, _)| *key != "extras")
             .map(|(key, member)| {
                 let mut count = 0;
                 if is_texture_reference(key, member) {
@@ -111,6 +117,26 @@ mod tests {
             assert_eq!(imported.defects.count(kind), missing, "{:?}", imported.defects);
             assert_eq!(primitive.uvs, vec![vec![[0.0; 2]; 3]; sets]);
         }
+    }
+
+    #[test]
+    fn what_authors_note_beside_a_material_is_left_alone() {
+        let mut gltf = Gltf::triangle();
+        let picture = gltf.view(&picture());
+        gltf.push("images", json!({"bufferView": picture, "mimeType": "image/png"}));
+        gltf.push("textures", json!({}));
+        gltf.push("textures", json!({"source": 0}));
+        let noted = json!({"badTexture": {"index": 77}, "lightTexture": {"index": 1, "texCoord": 9}});
+        let texture = json!({"index": 1, "extras": noted});
+        gltf.push("materials", json!({"emissiveTexture": texture, "extras": noted}));
+        let gltf = gltf.with("/meshes/0/primitives/0/material", json!(0));
+        let imported = gltf.import().unwrap();
+        let material = &imported.scene.materials[0].gltf;
+        assert_eq!(material["extras"], noted);
+        assert_eq!(material["emissiveTexture"], json!({"index": 0, "extras": noted}));
+        assert_eq!(imported.scene.models[0].primitives[0].uvs.len(), 1);
+        let told: Vec<_> = imported.defects.iter().map(|defect| defect.to_string()).collect();
+        assert_eq!(told.len(), 1, "{told:?}");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! What is drawn is either there or not: masked surfaces have their own threshold, blended ones are there from an opacity
 //! of a half on. Light that a surface gives off, and what a second picture or an extension would add, is left out.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_scene::impostor::Wish;
 use glam::{Vec2, Vec4};
@@ -12,7 +12,8 @@ use image::Rgba32FImage;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::pictures;
+use crate::defect::Defects;
+use crate::pictures::{self, Content, texels::base_content, transform::Transform};
 use crate::source::{Material, Primitive, SourceModel, SourceScene};
 
 /// Opacity from which on a blended surface is there.
@@ -21,8 +22,8 @@ const BLENDED: f32 = 0.5;
 /// The materials of a scene with the pictures that impostors need.
 pub struct Surfaces<'a> {
     scene: &'a SourceScene,
-    /// Linear light, alpha not multiplied in.
-    pictures: BTreeMap<usize, Rgba32FImage>,
+    /// Linear light, alpha not multiplied in; by image, and by what a material reads it as.
+    pictures: BTreeMap<(usize, Content), Rgba32FImage>,
 }
 
 /// What is drawn of one primitive.
@@ -40,11 +41,8 @@ pub struct Surface<'s> {
 /// A picture, and how it lies on a surface.
 struct Placed<'s> {
     pixels: &'s Rgba32FImage,
-    set: usize,
     wrap: [Wrap; 2],
-    offset: Vec2,
-    scale: Vec2,
-    rotation: f32,
+    transform: Transform,
 }
 
 #[derive(Clone, Copy)]
@@ -54,21 +52,43 @@ enum Wrap {
     Mirror,
 }
 
+/// The pictures that a model shows as base colours, and as what.
+fn shown<'s>(scene: &'s SourceScene, model: &'s SourceModel) -> impl Iterator<Item = (usize, Content)> {
+    let materials = model.primitives.iter().filter_map(|primitive| primitive.material);
+    materials.filter_map(|index| {
+        let material = scene.materials.get(index)?;
+        let (index, _) = texture(material)?;
+        Some((scene.textures.get(index)?.image, base_content(&material.gltf)))
+    })
+}
+
+/// Notes models that ask for an impostor in which a picture of theirs is not seen.
+pub fn note_unseen(scene: &SourceScene, defects: &mut Defects) {
+    let kind = "picture that is neither PNG nor JPEG of a model that asks for an impostor: not seen in it";
+    for model in scene.models.iter().filter(|model| model.impostor.is_some()) {
+        let images: BTreeSet<usize> = shown(scene, model).map(|(image, _)| image).collect();
+        for image in images {
+            let ext = scene.images.get(image).map_or("", |image| image.ext);
+            let unseen = u64::from(!pictures::is_decoded(ext));
+            defects.note(kind, unseen, || {
+                format!("model \"{}\", picture {image} (.{ext})", model.name)
+            });
+        }
+    }
+}
+
 impl<'a> Surfaces<'a> {
     /// Reads the pictures of all models that ask for an impostor; one that cannot be decoded is white.
     #[must_use]
     pub fn new(scene: &'a SourceScene) -> Self {
         let asking = scene.models.iter().filter(|model| model.impostor.is_some());
-        let primitives = asking.flat_map(|model: &SourceModel| &model.primitives);
-        let textures = primitives.filter_map(|primitive| texture(scene.materials.get(primitive.material?)?));
-        let mut images: Vec<usize> = textures
-            .filter_map(|(texture, _)| Some(scene.textures.get(texture)?.image))
-            .collect();
-        images.sort_unstable();
-        images.dedup();
+        let images: BTreeSet<(usize, Content)> = asking.flat_map(|model| shown(scene, model)).collect();
         // No view shows more of a picture than it has pixels itself, twice that where it wraps around.
         let most_px = 2 * Wish::SIZES_PX[Wish::SIZES_PX.len() - 1];
-        let read = |image: usize| Some((image, pictures::small(scene.images.get(image)?, most_px)?));
+        let read = |key: (usize, Content)| {
+            let (image, content) = key;
+            Some((key, pictures::small(scene.images.get(image)?, content, most_px)?))
+        };
         let pictures: Vec<_> = images.into_par_iter().filter_map(read).collect();
         Self {
             scene,
@@ -100,9 +120,6 @@ impl<'a> Surfaces<'a> {
     fn placed(&self, material: &Material) -> Option<Placed<'_>> {
         let (index, member) = texture(material)?;
         let texture = self.scene.textures.get(index)?;
-        let transform = member
-            .pointer("/extensions/KHR_texture_transform")
-            .unwrap_or(&Value::Null);
         let wrap = |name: &str| {
             let sampler = texture.sampler.as_ref();
             match sampler.and_then(|sampler| sampler.get(name)?.as_u64()) {
@@ -111,18 +128,10 @@ impl<'a> Surfaces<'a> {
                 _ => Wrap::Repeat,
             }
         };
-        let pair = |name: &str, otherwise: f32| {
-            let axis = |i: usize| number(transform, &format!("/{name}/{i}"), otherwise);
-            Vec2::new(axis(0), axis(1))
-        };
-        let set = transform.get("texCoord").or(member.get("texCoord"));
         Some(Placed {
-            pixels: self.pictures.get(&texture.image)?,
-            set: set.and_then(Value::as_u64).unwrap_or(0) as usize,
+            pixels: self.pictures.get(&(texture.image, base_content(&material.gltf)))?,
             wrap: [wrap("wrapS"), wrap("wrapT")],
-            offset: pair("offset", 0.0),
-            scale: pair("scale", 1.0),
-            rotation: number(transform, "/rotation", 0.0),
+            transform: Transform::of(member),
         })
     }
 }
@@ -139,7 +148,7 @@ impl Surface<'_> {
     pub fn colour(&self, primitive: &Primitive, corners: [usize; 3], weights: [f32; 3]) -> Option<[f32; 3]> {
         let mut colour = self.factor;
         if let Some(picture) = &self.picture
-            && let Some(uvs) = primitive.uvs.get(picture.set)
+            && let Some(uvs) = primitive.uvs.get(picture.transform.set)
         {
             let mean = |sum: Vec2, (corner, weight): (usize, f32)| sum + weight * Vec2::from(uvs[corner]);
             colour *= picture.at(corners.into_iter().zip(weights).fold(Vec2::ZERO, mean));
@@ -155,8 +164,7 @@ impl Surface<'_> {
 
 impl Placed<'_> {
     fn at(&self, uv: Vec2) -> Vec4 {
-        let turned = Vec2::from_angle(-self.rotation).rotate(uv * self.scale);
-        let at = turned + self.offset;
+        let at = self.transform.apply(uv.as_dvec2()).as_vec2();
         let place = |axis: usize, count: u32| {
             let x = match self.wrap[axis] {
                 Wrap::Repeat => at[axis] - at[axis].floor(),

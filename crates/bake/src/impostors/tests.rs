@@ -6,10 +6,12 @@ use image::{ImageFormat, RgbaImage};
 use serde_json::json;
 
 use super::*;
+use crate::defect::Defects;
 use crate::lod::{LodSettings, chain};
 use crate::source::{Image, Material, Primitive, SourceScene, Texture};
 use measure::{difference, directions};
 use raster::Pixel;
+use surface::note_unseen;
 
 const SIZE_PX: u32 = 32;
 
@@ -315,6 +317,26 @@ fn pictures_masks_and_backs_are_as_their_materials_say() {
     turned["pbrMetallicRoughness"]["baseColorTexture"] =
         json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0]}}});
     assert!(left_and_right(&square(turned, false), 1.0)[0].colour.z > 0.2);
+}
+
+#[test]
+fn pictures_that_are_not_seen_are_noted() {
+    let gltf = json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}});
+    let noted = |ext: &'static str| {
+        let mut scene = square(gltf.clone(), false);
+        scene.models[0].impostor = Some(Wish::DEFAULT);
+        scene.images[0].ext = ext;
+        let mut defects = Defects::default();
+        note_unseen(&scene, &mut defects);
+        defects
+            .iter()
+            .map(|defect| (defect.count, defect.first))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(noted("png"), []);
+    let webp = noted("webp");
+    assert_eq!(webp.len(), 1);
+    assert!(webp[0].0 == 1 && webp[0].1.ends_with("picture 0 (.webp)"), "{webp:?}");
 }
 
 #[test]

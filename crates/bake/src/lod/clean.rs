@@ -23,5 +23,6 @@ pub fn clean(model: &SourceModel, settings: &LodSettings) -> SourceModel {
         poses: model.poses.clone(),
         coarser: model.coarser.clone(),
         recipe: model.recipe.clone(),
+        tie: model.tie,
     }
 }

@@ -4,6 +4,7 @@
 //! different things of one digest, which are sorted.
 
 use crate::radix;
+use crate::random::GOLDEN;
 use crate::source::Primitive;
 
 /// For each vertex the first one that is equal in everything.
@@ -59,6 +60,6 @@ fn write_columns<const N: usize>(words: &mut [u32], stride: usize, first: &mut u
 /// Mixes words, each by a multiplication and a rotation.
 pub(super) fn digest(words: &[u32]) -> u64 {
     words.iter().fold(0, |mixed: u64, &word| {
-        (mixed.rotate_left(29) ^ u64::from(word)).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        (mixed.rotate_left(29) ^ u64::from(word)).wrapping_mul(GOLDEN)
     })
 }

@@ -208,16 +208,17 @@ fn without_dominated(levels: Vec<LodLevel>, dominated: f64) -> Vec<LodLevel> {
     kept
 }
 
-/// Leaves out levels that save too little beside the one before.
+/// Leaves out levels that save too little beside the one before, or that have more to draw.
 fn worthwhile(mut levels: Vec<LodLevel>, share: f64) -> Vec<LodLevel> {
-    let mut last_bytes = f64::INFINITY;
+    let mut last = (f64::INFINITY, usize::MAX);
     levels.retain(|level| {
         let bytes = geometry_bytes(&level.primitives) as f64;
-        let saves = saves(bytes, last_bytes, share);
-        if saves {
-            last_bytes = bytes;
+        let shapes = shape_count(&level.primitives);
+        let is_kept = saves(bytes, last.0, share) && shapes <= last.1;
+        if is_kept {
+            last = (bytes, shapes);
         }
-        saves
+        is_kept
     });
     levels
 }

@@ -40,7 +40,7 @@ pub(crate) struct Near {
 
 impl ShapeTree {
     /// All shapes of some primitives.
-    pub(crate) fn of(primitives: &[Primitive]) -> Self {
+    pub(crate) fn of<'a>(primitives: impl IntoIterator<Item = &'a Primitive>) -> Self {
         let mut shapes = Vec::new();
         for primitive in primitives {
             let arity = primitive.topology.arity();

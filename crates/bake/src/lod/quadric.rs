@@ -25,6 +25,8 @@ use crate::lod::cube::RootCube;
 use crate::lod::octree::{Locked, position_bits, to_f64, used_positions};
 use crate::source::{Primitive, Topology};
 
+/// What has more triangles does not move: each way to move it would be tried on all of them.
+const MOST_AROUND: u32 = 1000;
 /// A target is met with so many times the triangles.
 const NEARLY: f64 = 1.1;
 
@@ -107,16 +109,17 @@ impl<'a> QuadricSource<'a> {
 
     /// Marks what must not move. What is one place in the cube is one to the simplifier.
     fn flag_vertices(&mut self, locked: &Locked) {
-        let mut used = vec![false; self.positions.len()];
-        self.indices.iter().for_each(|&v| used[v as usize] = true);
-        let used = (0..).zip(used).filter(|(_, used)| *used);
+        let mut around = vec![0u32; self.positions.len()];
+        self.indices.iter().for_each(|&v| around[v as usize] += 1);
+        let used = (0..).zip(&around).filter(|(_, around)| **around > 0);
         self.places = used
             .map(|(v, _)| (position_bits(self.positions[v as usize]), v))
             .collect();
         self.places.sort_unstable();
         self.flags = vec![SimplifyVertex::None; self.positions.len()];
         for here in self.places.chunk_by(|a, b| a.0 == b.0) {
-            if here.iter().any(|(_, v)| locked.contains(self.position(*v))) {
+            let is_hub = here.iter().map(|(_, v)| around[*v as usize]).sum::<u32>() > MOST_AROUND;
+            if is_hub || here.iter().any(|(_, v)| locked.contains(self.position(*v))) {
                 here.iter()
                     .for_each(|(_, v)| self.flags[*v as usize] = SimplifyVertex::Lock);
             }

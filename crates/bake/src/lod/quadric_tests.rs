@@ -216,3 +216,34 @@ fn what_moves_is_nearer_to_the_source() {
         rms(&[level[0].clone()])
     );
 }
+
+/// A flat disc of triangles that all have its middle as a corner.
+fn disc(triangles: u32) -> Primitive {
+    let mut disc = Primitive {
+        positions: vec![[0.25, 0.0, 0.125]],
+        ..Primitive::default()
+    };
+    for i in 0..triangles {
+        let angle = TAU * i as f32 / triangles as f32;
+        disc.positions.push([angle.cos(), 0.0, angle.sin()]);
+        disc.indices.extend([0, 1 + (i + 1) % triangles, 1 + i]);
+    }
+    disc
+}
+
+#[test]
+fn what_very_many_triangles_have_as_a_corner_does_not_move() {
+    for (triangles, stays) in [(900, false), (1100, true)] {
+        let disc = disc(triangles);
+        let hub = position_bits(disc.positions[0]);
+        let levels = levels(&model(vec![disc]));
+        assert!(!levels.is_empty());
+        let kept = levels.iter().filter(|level| places(level).contains(&hub)).count();
+        assert_eq!(
+            kept == levels.len(),
+            stays,
+            "{triangles}: {kept} of {} levels",
+            levels.len()
+        );
+    }
+}

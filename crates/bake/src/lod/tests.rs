@@ -317,6 +317,27 @@ fn less_work_makes_the_bound_looser_and_never_wrong() {
 }
 
 #[test]
+fn no_coarser_level_has_more_to_draw() {
+    let level = |triangles: usize, vertices: usize, error| {
+        let mesh = Primitive {
+            positions: vec![[0.0; 3]; vertices],
+            indices: (0..3 * triangles).map(|i| (i % vertices) as u32).collect(),
+            ..Primitive::default()
+        };
+        LodLevel::new(vec![mesh], error)
+    };
+    let levels = vec![
+        level(127, 127, 0.0),
+        level(23, 69, 1.0),
+        level(26, 13, 2.0),
+        level(15, 9, 3.0),
+    ];
+    assert!(geometry_bytes(&levels[2].primitives) < geometry_bytes(&levels[1].primitives) / 2);
+    let kept: Vec<u64> = worthwhile(levels, 1.0).iter().map(|level| level.triangles).collect();
+    assert_eq!(kept, [127, 23, 15]);
+}
+
+#[test]
 fn a_small_model_has_level_0_only() {
     let chain = chain(&model([boxes(1)]), &LodSettings::default());
     assert_eq!(chain.levels.len(), 1);

@@ -2,25 +2,30 @@
 //!
 //! Positions are relative to the world's origin, in metres.
 
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
-use super::Region;
+use super::{Region, Tolerance};
 use crate::digest::Digester;
 
 /// A face that looks down this much is a bottom.
 const BOTTOM: f32 = -0.999_9;
 
-/// A convex body that lies wholly inside something opaque: no segment that starts outside gets through it.
+/// A bottom counts as so many times the distance within which faces lie in one plane lower than it is: what stands on the same floor
+/// is taken up to two of these larger when it is asked about (`visibility/narrow.rs`), and is rounded.
+const ROUNDING: f32 = 4.0;
+
+/// A convex body that lies wholly inside something opaque: no segment that starts outside gets through it. It is what of a box lies
+/// behind all its planes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
-    /// The box around it; the body itself when [`planes`](Self::planes) is empty.
+    /// The lowest corner of the box.
     pub min: Vec3,
-    /// The box around it.
+    /// Its highest corner.
     pub max: Vec3,
-    /// Faces of a body that is not a box: it is where `xyz · p ≤ w` for each. Normals have length 1.
+    /// What cuts the box: the body is where `xyz · p ≤ w` for each. Normals have length 1.
     pub planes: Vec<Vec4>,
-    /// The height that all of its bottom stands on, less what counts as no gap. A segment between places at or above it cannot pass
-    /// below the body, so there the body reaches down for ever.
+    /// The height that all of its bottom stands on, less what rounding may add. A segment between places at or above it cannot pass
+    /// below the body, so there all of its box that its sides leave reaches down for ever.
     pub stands_m: f32,
     /// Nothing closes it from below: it blocks only segments between places at or above [`stands_m`](Self::stands_m).
     pub open_below: bool,
@@ -36,7 +41,7 @@ pub(crate) fn is_bottom(normal: Vec3) -> bool {
 }
 
 /// How high the bottom of a body reaches, whose box and faces these are: a bottom may lean by as much as still looks down.
-pub(crate) fn highest_bottom_m(min: Vec3, max: Vec3, planes: &[Vec4]) -> f32 {
+fn highest_bottom_m(min: Vec3, max: Vec3, planes: &[Vec4]) -> f32 {
     let bottoms = planes.iter().filter(|plane| is_bottom(plane.truncate()));
     let heights = bottoms.map(|plane| {
         let uphill = |normal: f32, low: f32, high: f32| if normal > 0.0 { high } else { low };
@@ -47,6 +52,22 @@ pub(crate) fn highest_bottom_m(min: Vec3, max: Vec3, planes: &[Vec4]) -> f32 {
 }
 
 impl Body {
+    /// The body inside a convex solid of an object, which is what of a box lies behind planes: on every side as much smaller as holes
+    /// are closed. `None` when that leaves nothing.
+    pub(crate) fn inside([min, max]: [Vec3; 2], planes: &[Vec4], object: u32, tolerance: Tolerance) -> Option<Self> {
+        let margin_m = tolerance.hole_m;
+        let body = Self {
+            min: min + margin_m,
+            max: max - margin_m,
+            planes: planes.iter().map(|plane| *plane - margin_m * Vec4::W).collect(),
+            stands_m: highest_bottom_m(min, max, planes) - ROUNDING * tolerance.plane_m,
+            open_below: false,
+            hides: true,
+            object,
+        };
+        body.min.cmplt(body.max).all().then_some(body)
+    }
+
     /// Hands all that it is to a digester.
     pub(super) fn feed(&self, digester: &mut Digester) {
         digester.point(self.min).point(self.max).floats(&[self.stands_m]);
@@ -71,44 +92,44 @@ impl Body {
         self.enters(from, to, reaches_down).is_some()
     }
 
-    /// Where a segment first meets it, or, when it `reaches_down`, what is below it, as a share of the segment.
-    pub(crate) fn enters(&self, from: Vec3, to: Vec3, reaches_down: bool) -> Option<f32> {
+    /// Where a segment first meets it, or, when it `reaches_down`, what is below it, as a share of the segment. Below it means within
+    /// the sides of its box too: slanted faces that go on down would lean out ever further. In double precision: of a long segment
+    /// single precision tells places apart no better than a body is smaller than what it lies in.
+    pub(crate) fn enters(&self, from: Vec3, to: Vec3, reaches_down: bool) -> Option<f64> {
+        let (from, to) = (from.as_dvec3(), to.as_dvec3());
         let along = to - from;
-        let (mut enter, mut leave) = (0.0f32, 1.0f32);
-        if self.planes.is_empty() {
-            let bottom_m = if reaches_down { f32::MIN / 4.0 } else { self.min.y };
-            let min = Vec3::new(self.min.x, bottom_m, self.min.z);
-            for axis in 0..3 {
-                if along[axis] == 0.0 {
-                    if from[axis] < min[axis] || from[axis] > self.max[axis] {
-                        return None;
-                    }
-                    continue;
+        let (mut min, max) = (self.min.as_dvec3(), self.max.as_dvec3());
+        if reaches_down {
+            min.y = f64::from(f32::MIN);
+        }
+        let (mut enter, mut leave) = (0.0f64, 1.0f64);
+        for axis in 0..3 {
+            if along[axis] == 0.0 {
+                if from[axis] < min[axis] || from[axis] > max[axis] {
+                    return None;
                 }
-                let inverse = 1.0 / along[axis];
-                let (a, b) = (
-                    (min[axis] - from[axis]) * inverse,
-                    (self.max[axis] - from[axis]) * inverse,
-                );
-                enter = enter.max(a.min(b));
-                leave = leave.min(a.max(b));
+                continue;
             }
-        } else {
-            for plane in &self.planes {
-                let normal = plane.truncate();
-                if reaches_down && is_bottom(normal) {
-                    continue;
+            let inverse = 1.0 / along[axis];
+            let (a, b) = ((min[axis] - from[axis]) * inverse, (max[axis] - from[axis]) * inverse);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        for plane in &self.planes {
+            let normal = plane.truncate();
+            if reaches_down && is_bottom(normal) {
+                continue;
+            }
+            let normal: DVec3 = normal.as_dvec3();
+            let (outside, rise) = (normal.dot(from) - f64::from(plane.w), normal.dot(along));
+            if rise == 0.0 {
+                if outside > 0.0 {
+                    return None;
                 }
-                let (outside, rise) = (normal.dot(from) - plane.w, normal.dot(along));
-                if rise == 0.0 {
-                    if outside > 0.0 {
-                        return None;
-                    }
-                } else if rise < 0.0 {
-                    enter = enter.max(-outside / rise);
-                } else {
-                    leave = leave.min(-outside / rise);
-                }
+            } else if rise < 0.0 {
+                enter = enter.max(-outside / rise);
+            } else {
+                leave = leave.min(-outside / rise);
             }
         }
         (enter <= leave).then_some(enter)

@@ -3,7 +3,7 @@
 //!
 //! What a cell sees depends only on what is near enough to be seen from it. So that this is also true of how it is found,
 //! its occluders are made from just these objects: a plane that many houses share makes another wall for each cell, from
-//! the faces of those houses that matter there. Planes of very many faces, as in large buildings, are taken as they are.
+//! the faces of those houses that matter there. Where these are very many, as in large buildings, the plane is taken as it is.
 
 use std::{
     collections::BTreeMap,
@@ -14,7 +14,7 @@ use std::{
 use super::{
     Body, Occluders, Tolerance, Wall,
     leaf::leaves,
-    planes::{self, Group},
+    planes::{self, Face, Group},
     solids, tolerance_of,
 };
 use crate::{
@@ -22,8 +22,8 @@ use crate::{
     world::World,
 };
 
-/// Planes of more faces than this make the same wall for all.
-const SHARED_FACES: usize = 512;
+/// A plane in which more faces than this matter makes the wall that it makes for all: another would take longer than it is worth.
+const MOST_FACES: usize = 4096;
 /// Walls that were made for a part of the world are kept for the next that asks, up to so many bytes. Then all are
 /// forgotten: neighbours ask one after the other, and who asks next is elsewhere.
 const MOST_KEPT_BYTES: usize = 256 << 20;
@@ -42,8 +42,8 @@ pub struct Hiders<'a> {
     groups: Vec<Group>,
     /// The walls of the first groups.
     walls: Vec<Known>,
-    /// Objects that have a face in each group, rising.
-    objects_of: Vec<Vec<u32>>,
+    /// Objects that have a face in each group, rising, and where their faces end there.
+    objects_of: Vec<Vec<(u32, u32)>>,
     /// Groups that have a face of each object, rising.
     groups_of: Vec<Vec<u32>>,
     leaves: Vec<Known>,
@@ -78,23 +78,26 @@ impl<'a> Hiders<'a> {
     #[must_use]
     pub fn of(world: &'a World, authored: Vec<Body>) -> Self {
         let tolerance = tolerance_of(world);
-        let found = solids::bodies(world, tolerance.hole_m);
+        let found = solids::bodies(world, tolerance);
         let mut bodies = [&found[..], &authored].concat();
         bodies.sort_by_key(|body| body.object);
         let mut groups = planes::groups_by_area(world, tolerance);
         let walls = planes::walls(&mut groups, world, tolerance);
-        let objects_of: Vec<Vec<u32>> = groups
+        let object = |(face, _): &Face| world.triangle(*face).object;
+        let objects_of: Vec<Vec<(u32, u32)>> = groups
             .iter()
             .map(|group| {
-                let faces = group.faces.iter();
-                let mut objects: Vec<u32> = faces.map(|(face, _)| world.triangle(*face).object).collect();
-                objects.dedup();
-                objects
+                let mut end = 0;
+                let of_one = group.faces.chunk_by(|a, b| object(a) == object(b)).map(|faces| {
+                    end += faces.len() as u32;
+                    (object(&faces[0]), end)
+                });
+                of_one.collect()
             })
             .collect();
         let mut groups_of = vec![Vec::new(); world.object_bounds().len()];
         for (group, objects) in (0u32..).zip(&objects_of) {
-            for object in objects {
+            for (object, _) in objects {
                 groups_of[*object as usize].push(group);
             }
         }
@@ -144,14 +147,15 @@ impl<'a> Hiders<'a> {
         }
         digester.count(bodies.len());
         bodies.iter().for_each(|body| body.feed(digester));
-        let mut groups: Vec<u32> = objects
-            .iter()
-            .flat_map(|object| &self.groups_of[*object as usize])
-            .copied()
-            .collect();
-        groups.sort_unstable();
-        groups.dedup();
-        let mut walls: Vec<Known> = groups.iter().filter_map(|group| self.wall(*group, objects)).collect();
+        let of_object = |object: u32| {
+            let groups = self.groups_of[object as usize].iter();
+            groups.map(move |group| (*group, object))
+        };
+        let mut pairs: Vec<(u32, u32)> = objects.iter().copied().flat_map(of_object).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let by_group = pairs.chunk_by(|a, b| a.0 == b.0);
+        let mut walls: Vec<Known> = by_group.filter_map(|pairs| self.wall(pairs)).collect();
         // In an order that nothing else in the world decides.
         walls.sort_by_key(|known| known.digest);
         let leaves = self.leaves.iter().filter_map(|known| {
@@ -179,22 +183,22 @@ impl<'a> Hiders<'a> {
         first..self.bodies.partition_point(|body| body.object <= object)
     }
 
-    /// The wall that a group makes among some objects, if any.
-    fn wall(&self, index: u32, objects: &[u32]) -> Option<Known> {
-        let group = &self.groups[index as usize];
+    /// The wall that a group makes of some objects of its own, rising, each with the group's number, if any.
+    fn wall(&self, pairs: &[(u32, u32)]) -> Option<Known> {
+        let index = pairs.first()?.0;
         let whole = || self.walls.get(index as usize).cloned();
-        if group.faces.len() > SHARED_FACES {
-            return whole();
-        }
         let all = &self.objects_of[index as usize];
-        let here: Vec<u32> = all
-            .iter()
-            .copied()
-            .filter(|object| objects.binary_search(object).is_ok())
-            .collect();
-        if here.len() == all.len() {
+        let place = |(_, object): &(u32, u32)| all.binary_search_by_key(object, |(known, _)| *known).ok();
+        let places: Vec<usize> = pairs.iter().filter_map(place).collect();
+        let faces = |place: &usize| {
+            let first = place.checked_sub(1).map_or(0, |before| all[before].1);
+            &self.groups[index as usize].faces[first as usize..all[*place].1 as usize]
+        };
+        let count: usize = places.iter().map(|place| faces(place).len()).sum();
+        if places.len() == all.len() || count > MOST_FACES {
             return whole();
         }
+        let here: Vec<u32> = places.iter().map(|place| all[*place].0).collect();
         let key = (index, here);
         let known = self
             .made
@@ -204,9 +208,8 @@ impl<'a> Hiders<'a> {
             .get(&key)
             .cloned();
         known.unwrap_or_else(|| {
-            let part = group.among(self.world, self.tolerance, |face| {
-                key.1.binary_search(&self.world.triangle(face).object).is_ok()
-            });
+            let faces = places.iter().flat_map(faces).copied().collect();
+            let part = Group::of_some(faces, self.world, self.tolerance);
             let large = part.filter(|part| part.area_m2 >= planes::min_area_m2(self.world));
             let wall = large.map(|part| part.wall(self.world, self.tolerance));
             let wall = wall.filter(|wall| wall.is_wide(planes::min_width_m(self.world)));

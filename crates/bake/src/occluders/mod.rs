@@ -25,10 +25,7 @@ pub use self::{
     stored::{Stored, StoredError},
     wall::{Tolerance, Wall, Way},
 };
-pub(crate) use self::{
-    body::{highest_bottom_m, is_bottom},
-    wall::Rectangle,
-};
+pub(crate) use self::{body::is_bottom, wall::Rectangle};
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -97,8 +94,16 @@ fn around(walls: &[Arc<Wall>]) -> [Vec3; 2] {
     })
 }
 
+impl Tolerance {
+    /// The width of the scene that it belongs to, in metres: its diagonal, rounded up.
+    #[must_use]
+    pub fn scale_m(&self) -> f32 {
+        self.hole_m / HOLE
+    }
+}
+
 /// What counts as coplanar and as no hole in a world.
-fn tolerance_of(world: &World) -> Tolerance {
+pub(crate) fn tolerance_of(world: &World) -> Tolerance {
     let scale_m = world.scale_m();
     let plane_m = 0.01 * HOLE * scale_m;
     Tolerance {

@@ -11,7 +11,10 @@ use super::{
     squares::{covered, lines},
     wall::{Tolerance, Wall},
 };
-use crate::world::{Triangle, World};
+use crate::{
+    random::GOLDEN,
+    world::{Triangle, World},
+};
 
 /// At most this many walls.
 const MAX_WALLS: usize = 8192;
@@ -30,8 +33,11 @@ pub(super) struct Group {
     /// Sum of the areas of the faces.
     pub(super) area_m2: f32,
     /// Rising.
-    pub(super) faces: Vec<(u32, [bool; 2])>,
+    pub(super) faces: Vec<Face>,
 }
+
+/// A triangle of the world, and whether it hides what is on the side away from the normal of its plane, or on the normal's.
+pub(super) type Face = (u32, [bool; 2]);
 
 /// A plane is a wall when the faces in it have this area together, in m².
 pub(super) fn min_area_m2(world: &World) -> f32 {
@@ -141,7 +147,7 @@ impl Areas {
     }
 
     fn place(steps: [i32; 3], step: i64) -> usize {
-        let mix = |hash: u64, part: u64| (hash ^ part).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29);
+        let mix = |hash: u64, part: u64| (hash ^ part).wrapping_mul(GOLDEN).rotate_left(29);
         let hash = steps.iter().fold(step as u64, |hash, part| mix(hash, *part as u64));
         (mix(hash, 0) >> 32) as usize % Self::PLACES
     }
@@ -183,17 +189,11 @@ fn lies_in(triangle: &Triangle, normal: Vec3, offset: f32, tolerance: Tolerance)
 }
 
 impl Group {
-    /// The part of it in some triangles, `None` when that is empty. Its plane is that of the largest face, and what stands
+    /// Some faces of a group, rising, `None` when there are none. Its plane is that of the largest face, and what stands
     /// off that plane, because a small face told its direction only roughly, is left out.
-    pub(super) fn among(
-        &self,
-        world: &World,
-        tolerance: Tolerance,
-        mut among: impl FnMut(u32) -> bool,
-    ) -> Option<Self> {
-        let triangle = |face: &(u32, [bool; 2])| world.triangle(face.0);
-        let mut faces: Vec<_> = self.faces.iter().copied().filter(|(index, _)| among(*index)).collect();
-        let smaller = |a: &&(u32, [bool; 2]), b: &&(u32, [bool; 2])| {
+    pub(super) fn of_some(mut faces: Vec<Face>, world: &World, tolerance: Tolerance) -> Option<Self> {
+        let triangle = |face: &Face| world.triangle(face.0);
+        let smaller = |a: &&Face, b: &&Face| {
             let by_area = triangle(a).area_m2().total_cmp(&triangle(b).area_m2());
             by_area.then(b.0.cmp(&a.0))
         };
@@ -256,7 +256,7 @@ mod tests {
         };
         let groups = groups(&world, tolerance, 0.0);
         assert_eq!(groups.len(), 1);
-        let part = groups[0].among(&world, tolerance, |face| face > 0).unwrap();
+        let part = Group::of_some(groups[0].faces[1..].to_vec(), &world, tolerance).unwrap();
         for (face, _) in &part.faces {
             assert!(lies_in(&world.triangle(*face), part.normal, part.offset, tolerance));
         }

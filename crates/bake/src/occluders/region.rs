@@ -64,8 +64,7 @@ impl Region {
             .map(|half| -outside_m(half, center))
             .fold(f64::INFINITY, f64::min);
         // Rounding to single precision moves a corner by less than one unit in the last place.
-        let reach_m = self.min.abs().max(self.max.abs()).max_element();
-        let grow = 1.0 + f64::from(2.0 * f32::EPSILON * reach_m) / inside_m.max(f64::from(f32::MIN_POSITIVE));
+        let grow = 1.0 + f64::from(2.0 * f32::EPSILON * self.reach_m()) / inside_m.max(f64::from(f32::MIN_POSITIVE));
         let grown = |p: &[f64; 3]| DVec3::from(center).lerp((*p).into(), grow);
         Self::hull(corners.iter().map(|p| relative(grown(p))).collect())
     }
@@ -100,6 +99,12 @@ impl Region {
         0.5 * (self.min + self.max)
     }
 
+    /// The largest coordinate in it, whatever its sign.
+    #[must_use]
+    pub fn reach_m(&self) -> f32 {
+        self.min.abs().max(self.max.abs()).max_element()
+    }
+
     /// Whether the boxes share a point.
     #[must_use]
     pub fn overlaps(&self, other: &Self) -> bool {
@@ -130,21 +135,25 @@ impl Region {
         (faces.dot(away.abs() / distance) / (distance * distance)).min(ALL_AROUND)
     }
 
-    /// The smallest and largest value of `normal · p − offset` in it.
+    /// The smallest and largest value of `normal · p − offset` in it, in double precision, since far out the difference of large
+    /// numbers is small.
     #[must_use]
     pub fn heights(&self, normal: Vec3, offset: f32) -> [f32; 2] {
-        if self.points.is_empty() {
-            let middle = normal.dot(self.center()) - offset;
-            let reach = normal.abs().dot(0.5 * (self.max - self.min));
+        let (normal, offset) = (normal.as_dvec3(), f64::from(offset));
+        let heights = if self.points.is_empty() {
+            let (min, max) = (self.min.as_dvec3(), self.max.as_dvec3());
+            let middle = 0.5 * normal.dot(min + max) - offset;
+            let reach = 0.5 * normal.abs().dot(max - min);
             [middle - reach, middle + reach]
         } else {
             self.points
                 .iter()
-                .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], p| {
-                    let height = normal.dot(*p) - offset;
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
+                    let height = normal.dot(p.as_dvec3()) - offset;
                     [low.min(height), high.max(height)]
                 })
-        }
+        };
+        heights.map(|height| height as f32)
     }
 
     /// Two regions that together are all of it, cut across the longest edge of its box.

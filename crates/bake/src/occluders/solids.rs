@@ -9,7 +9,8 @@
 //! 2. A convex part is a body as it is. Any other is filled with boxes of a small grid snapped to its large faces.
 //! 3. What holds geometry of others is hollow there: a house may have rooms, and a roof may reach into it. Its bodies keep
 //!    clear of that.
-//! 4. A body that stands on another one has no gap below it: it takes over the other's floor.
+//! 4. A body that stands on another one has no gap below it: it takes over the other's floor. Who comes into a part without a bottom
+//!    from below crosses no face of it, wherever its boxes are: these stand on what is below all of its opening, or on each other.
 //! 5. What the boxes leave of a part's inside is noted too, as bodies that hide nothing ([`super::rest`]).
 //!
 //! Guarantee: a segment that meets a body and starts outside the part crosses a face that hides, seen from its front
@@ -22,9 +23,7 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    Body,
-    body::highest_bottom_m,
-    fill,
+    Body, Tolerance, fill,
     parts::{Part, bits, parts},
     rest,
 };
@@ -36,31 +35,47 @@ const MAX_FILLED_TRIANGLES: usize = 20_000;
 const MAX_PLANES: usize = 20;
 /// A part that is not convex is worth filling only when its box is not smaller than so many times what is small.
 const MIN_FILLED: f32 = 4.0;
-/// What a body stands on counts as so many margins lower than it is.
-const STANDS_MARGINS: f32 = 4.0;
 /// A body is a box when its faces stand less than this share of a margin off the sides of one.
 const BOX_MARGINS: f32 = 0.25;
 /// Corners may stand this share of a part's size outside its faces for it to count as convex.
 const CONVEX: f32 = 1e-5;
 
-/// The bodies of all objects, by object. They are `margin_m` smaller than the geometry on every side.
-pub(super) fn bodies(world: &World, margin_m: f32) -> Vec<Body> {
+/// A body, and what it was found in.
+#[derive(Clone)]
+struct Found {
+    body: Body,
+    /// The part that it lies in, of those of its object.
+    part: usize,
+    /// The lowest and the highest corner of what something must be below of for nobody to get below the body: of itself, or of the
+    /// whole part where that has no bottom.
+    above: [Vec3; 2],
+}
+
+/// The bodies of all objects, by object. On every side they are as much smaller than the geometry as holes are closed.
+pub(super) fn bodies(world: &World, tolerance: Tolerance) -> Vec<Body> {
     let min_size_m = world.small_m();
-    let of_object = |object: u32| -> Vec<Body> {
+    let of_object = |object: u32| -> Vec<Found> {
         let bounds = &world.object_bounds()[object as usize];
         if bounds.is_empty() || (bounds.diagonal_m() as f32) < min_size_m {
             return Vec::new();
         }
         let triangles = world.triangles_of(object);
         let parts = parts(&triangles);
-        let large = parts.par_iter().filter(|part| part.width_m() >= min_size_m);
-        let bodies = large.map(|part| part.bodies(world, object, &parts, margin_m));
-        bodies.collect::<Vec<_>>().concat()
+        let large = parts
+            .par_iter()
+            .enumerate()
+            .filter(|(_, part)| part.width_m() >= min_size_m);
+        let found = large.map(|(number, part)| {
+            let bodies = part.bodies(world, object, &parts, tolerance);
+            part.found(number, bodies, tolerance)
+        });
+        let mut found = found.collect::<Vec<_>>().concat();
+        stand_on_each_other(&mut found, tolerance);
+        found
     };
     let objects = (0..world.object_bounds().len() as u32).into_par_iter();
-    let mut bodies = objects.map(of_object).collect::<Vec<_>>().concat();
-    stand_on_each_other(&mut bodies, margin_m);
-    bodies
+    let found = objects.map(of_object).collect::<Vec<_>>().concat();
+    found.into_iter().map(|found| found.body).collect()
 }
 
 impl Part<'_> {
@@ -75,20 +90,26 @@ impl Part<'_> {
         edges[1]
     }
 
+    /// Its bodies, for who asks what they stand on; it is the part of that number.
+    fn found(&self, part: usize, bodies: Vec<Body>, tolerance: Tolerance) -> Vec<Found> {
+        let opening = [self.min + tolerance.hole_m, self.max - tolerance.hole_m];
+        let found = bodies.into_iter().map(|body| Found {
+            part,
+            above: if body.open_below { opening } else { [body.min, body.max] },
+            body,
+        });
+        found.collect()
+    }
+
     /// Its bodies; `parts` are all parts of its object.
-    fn bodies(&self, world: &World, object: u32, parts: &[Part<'_>], margin_m: f32) -> Vec<Body> {
+    fn bodies(&self, world: &World, object: u32, parts: &[Part<'_>], tolerance: Tolerance) -> Vec<Body> {
         let Some(open_below) = self.open_below() else {
             return Vec::new();
         };
-        let body = |min: Vec3, max: Vec3, planes: Vec<Vec4>| Body {
-            min: min + margin_m,
-            max: max - margin_m,
-            planes: planes.iter().map(|p| *p - margin_m * Vec4::W).collect(),
-            // What rounding puts just below it counts as on it.
-            stands_m: highest_bottom_m(min, max, &planes) - STANDS_MARGINS * margin_m,
-            open_below,
-            hides: true,
-            object,
+        let margin_m = tolerance.hole_m;
+        let body = |sides: [Vec3; 2], planes: &[Vec4]| {
+            let body = Body::inside(sides, planes, object, tolerance)?;
+            Some(Body { open_below, ..body })
         };
         let mut foreign = self.foreign(world, object, 4.0 * margin_m);
         let convex = self
@@ -96,11 +117,10 @@ impl Part<'_> {
             .filter(|planes| planes.len() <= MAX_PLANES);
         let whole = convex.map(|planes| {
             let is_box = self.is_box(BOX_MARGINS * margin_m);
-            body(self.min, self.max, if is_box { Vec::new() } else { planes })
+            body([self.min, self.max], if is_box { &[] } else { &planes })
         });
-        let has_volume = |body: &Body| body.min.cmplt(body.max).all();
         match whole {
-            Some(whole) if foreign.is_empty() => return Some(whole).into_iter().filter(has_volume).collect(),
+            Some(whole) if foreign.is_empty() => return Vec::from_iter(whole),
             _ if self.size_m() < MIN_FILLED * world.small_m() => return Vec::new(),
             _ if self.triangles.len() + foreign.len() > MAX_FILLED_TRIANGLES => return Vec::new(),
             _ => {}
@@ -109,18 +129,17 @@ impl Part<'_> {
         let own: BTreeSet<_> = shape.cavities.iter().map(|corners| corners.map(bits)).collect();
         foreign.retain(|corners| !own.contains(&corners.map(bits)));
         let boxes = fill::boxes(&shape, &foreign, [self.min, self.max], margin_m);
-        let filled = boxes.iter().map(|[a, b]| body(*a, *b, Vec::new()));
-        let mut bodies: Vec<Body> = filled.filter(has_volume).collect();
+        let mut bodies: Vec<Body> = boxes.iter().filter_map(|sides| body(*sides, &[])).collect();
         if !bodies.is_empty() {
-            let rest = match whole {
-                Some(whole) if shape.cavities.is_empty() => vec![whole],
+            let rest: Vec<Body> = match whole {
+                Some(whole) if shape.cavities.is_empty() => Vec::from_iter(whole),
                 _ => {
-                    let pieces = self.rest(&shape, &boxes, margin_m).into_iter();
-                    pieces.map(|piece| body(piece.min, piece.max, piece.planes)).collect()
+                    let pieces = self.rest(&shape, &boxes, margin_m);
+                    let inside = |piece: &rest::Piece| body([piece.min, piece.max], &piece.planes);
+                    pieces.iter().filter_map(inside).collect()
                 }
             };
-            let rest = rest.into_iter().map(|body| Body { hides: false, ..body });
-            bodies.extend(rest.filter(has_volume));
+            bodies.extend(rest.into_iter().map(|body| Body { hides: false, ..body }));
         }
         bodies
     }
@@ -238,7 +257,7 @@ impl Part<'_> {
         })
     }
 
-    /// The planes of its faces and of a missing bottom, when it is convex. No face stands further out of its plane than `slack_m`.
+    /// The planes of its faces and of a missing bottom, when it is convex and has any. No face stands further out of its plane than `slack_m`.
     fn convex_planes(&self, open_below: bool, slack_m: f32) -> Option<Vec<Vec4>> {
         let tolerance_m = CONVEX * self.size_m();
         let mut planes: Vec<Vec4> = Vec::new();
@@ -270,42 +289,49 @@ impl Part<'_> {
             }
             planes.push(plane);
         }
-        Some(planes)
+        (!planes.is_empty()).then_some(planes)
     }
 }
 
-/// Lets a body that stands on top of another one of its object stand where that one does: who would pass below it meets
-/// the other.
-fn stand_on_each_other(bodies: &mut [Body], margin_m: f32) {
+/// Lets a body that stands on top of another one of its object, all bodies of which these are, stand where that one does: who would pass
+/// below it meets the other.
+fn stand_on_each_other(found: &mut [Found], tolerance: Tolerance) {
     // From the ground up, so that a tower stands on what its storeys stand on.
-    let mut order: Vec<_> = (0..bodies.len()).collect();
-    order.sort_by(|a, b| bodies[*a].min.y.total_cmp(&bodies[*b].min.y).then(a.cmp(b)));
-    let mut by_object: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for upper in order {
-        let body = &bodies[upper];
-        let others = by_object.entry(body.object).or_default();
-        // As high as any of its bottom: one that leans stands on nothing beside its lowest edge.
-        let bottom_m = body.stands_m + (STANDS_MARGINS + 1.0) * margin_m;
-        let below = others.iter().map(|i| &bodies[*i]).find(|lower| {
+    let mut order: Vec<_> = (0..found.len()).collect();
+    order.sort_by(|a, b| found[*a].body.min.y.total_cmp(&found[*b].body.min.y).then(a.cmp(b)));
+    for (rank, upper) in order.iter().enumerate() {
+        let Found { body, part, above } = &found[*upper];
+        // As high as any of its bottom, but for rounding: one that leans stands on nothing beside its lowest edge.
+        let bottom_m = body.stands_m;
+        let below = order[..rank].iter().map(|i| &found[*i]).find(|lower| {
+            // Of two in one part, who is in between is in that part.
+            let [low, high] = if lower.part == *part {
+                [body.min, body.max]
+            } else {
+                *above
+            };
+            let lower = &lower.body;
             lower.hides
                 && lower.planes.is_empty()
-                && lower.max.y + STANDS_MARGINS * margin_m >= bottom_m
-                && lower.min.x <= body.min.x
-                && lower.min.z <= body.min.z
-                && lower.max.x >= body.max.x
-                && lower.max.z >= body.max.z
+                && lower.max.y + tolerance.hole_m >= bottom_m
+                && lower.min.x <= low.x
+                && lower.min.z <= low.z
+                && lower.max.x >= high.x
+                && lower.max.z >= high.z
         });
-        let below = below.map(|lower| lower.stands_m);
-        others.push(upper);
-        if let Some(stands_m) = below {
-            bodies[upper].stands_m = bodies[upper].stands_m.min(stands_m);
+        if let Some(stands_m) = below.map(|lower| lower.body.stands_m) {
+            let body = &mut found[*upper].body;
+            body.stands_m = body.stands_m.min(stands_m);
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        super::{Region, tolerance_of},
+        *,
+    };
     use crate::cells::plan::Builder;
 
     /// The body of a block of 100 × 30 × 20 m that is turned by this, beside a plain.
@@ -323,10 +349,123 @@ mod tests {
             ],
         );
         let world = World::new(&builder.scene).unwrap();
-        let margin_m = 2e-6 * world.scale_m();
-        let mut bodies = bodies(&world, margin_m);
+        let tolerance = tolerance_of(&world);
+        let mut bodies = bodies(&world, tolerance);
         assert_eq!(bodies.len(), 1);
-        (bodies.remove(0), margin_m)
+        (bodies.remove(0), tolerance.hole_m)
+    }
+
+    /// A block with a pyramid on it, of which each side reaches so much further out, and two far things that make the scene as wide.
+    fn tower(eaves_m: f32, width_m: f32) -> World {
+        let mut builder = Builder::default();
+        let tower = builder.block("tower", [-0.8, 0.0, -0.8], [0.8, 10.0, 0.8]);
+        let out_m = 0.8 + eaves_m;
+        let mut positions: Vec<[f32; 3]> = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+            .map(|[x, z]| [out_m * x, 10.0, out_m * z])
+            .to_vec();
+        positions.push([0.0, 14.0, 0.0]);
+        let roof = builder.mesh(
+            "roof",
+            positions,
+            vec![0, 1, 2, 0, 2, 3, 0, 4, 1, 1, 4, 2, 2, 4, 3, 3, 4, 0],
+        );
+        let roof = builder.scene.models[roof as usize].primitives.remove(0);
+        builder.scene.models[tower as usize].primitives.push(roof);
+        builder.scene.objects.pop();
+        for side in [-1.0, 1.0] {
+            let x = 0.5 * side * width_m;
+            builder.block("far", [x - 0.5, 0.0, -0.5], [x + 0.5, 1.0, 0.5]);
+        }
+        World::new(&builder.scene).unwrap()
+    }
+
+    fn region(world: &World, min: [f64; 3], max: [f64; 3]) -> Region {
+        Region::of_box(world.relative(min), world.relative(max))
+    }
+
+    #[test]
+    fn below_a_roof_its_house_hides_and_nothing_beside_that() {
+        let roof_hides = |eaves_m: f32, z: f64| {
+            let world = tower(eaves_m, 100.0);
+            let bodies = bodies(&world, tolerance_of(&world));
+            let roof = bodies.iter().find(|body| !body.planes.is_empty()).expect("a roof");
+            let eye = region(&world, [-21.0, 0.8, -0.1], [-20.0, 0.9, 0.1]);
+            let thing = region(&world, [40.0, 0.0, z - 0.1], [40.5, 1.5, z + 0.1]);
+            roof.separates(&eye, &thing, true)
+        };
+        assert!(roof_hides(0.0, 0.0), "the tower is below all of it");
+        assert!(!roof_hides(0.0, 3.9), "beside the tower one sees on");
+        assert!(
+            !roof_hides(0.3, 0.0),
+            "below eaves one sees on, so it stands on nothing"
+        );
+    }
+
+    /// A block with a hipped roof that has no underside, of which each side reaches so much further out, and a cube beside its ridge, for
+    /// which the roof is filled with boxes.
+    fn open_roofed(eaves_m: f32) -> World {
+        let mut builder = Builder::default();
+        let house = builder.block("house", [-5.0, 0.0, -3.0], [5.0, 6.0, 3.0]);
+        let (x, z) = (5.0 + eaves_m, 3.0 + eaves_m);
+        let positions = vec![
+            [-x, 6., -z],
+            [x, 6., -z],
+            [x, 6., z],
+            [-x, 6., z],
+            [-2., 8.25, 0.],
+            [2., 8.25, 0.],
+        ];
+        let slopes = vec![0, 4, 5, 0, 5, 1, 1, 5, 2, 2, 5, 4, 2, 4, 3, 3, 4, 0];
+        let roof = builder.mesh("roof", positions, slopes);
+        let roof = builder.scene.models[roof as usize].primitives.remove(0);
+        builder.scene.models[house as usize].primitives.push(roof);
+        builder.scene.objects.pop();
+        builder.block("cube", [4.1, 7.6, -0.3], [4.7, 8.2, 0.3]);
+        builder.block("ground", [-30.0, -1.0, -20.0], [30.0, 0.0, 20.0]);
+        World::new(&builder.scene).unwrap()
+    }
+
+    #[test]
+    fn below_eaves_without_an_underside_one_looks_out_through_the_roof() {
+        let hide = |eaves_m: f32, eye: [f64; 3], thing: [f64; 3]| {
+            let world = open_roofed(eaves_m);
+            let at =
+                |[x, y, z]: [f64; 3]| region(&world, [x - 0.01, y - 0.01, z - 0.01], [x + 0.01, y + 0.01, z + 0.01]);
+            let bodies = bodies(&world, tolerance_of(&world));
+            let of_roof = |body: &&Body| body.object == 0 && body.open_below && body.hides;
+            assert!(bodies.iter().filter(of_roof).count() > 1, "it is filled with boxes");
+            let (eye, thing) = (at(eye), at(thing));
+            let of_house = |body: &&Body| body.object == 0;
+            bodies
+                .iter()
+                .filter(of_house)
+                .any(|body| body.separates(&eye, &thing, false))
+        };
+        let (street, beside_the_ridge) = ([-8.45, 5.45, -2.8], [4.15, 8.05, 0.25]);
+        assert!(!hide(1.0, street, beside_the_ridge));
+        let (low, high) = ([-20.0, 5.5, 0.0], [20.0, 7.5, 0.0]);
+        assert!(
+            hide(0.0, low, high),
+            "where the block is below all of it, it hides from below too"
+        );
+    }
+
+    #[test]
+    fn one_sees_on_below_what_hangs_close_to_the_ground() {
+        let mut builder = Builder::default();
+        let panel = builder.block("panel", [10.0, 0.02, -100.0], [11.0, 30.0, 100.0]);
+        for x in [-1500.0, 1500.0] {
+            builder.block("far", [x, 0.0, 0.0], [x + 1.0, 1.0, 1.0]);
+        }
+        let world = World::new(&builder.scene).unwrap();
+        let bodies = bodies(&world, tolerance_of(&world));
+        let panel = bodies.iter().find(|body| body.object == panel).unwrap();
+        let hides = |bottom_m: f64, top_m: f64| {
+            let eye = region(&world, [0.0, bottom_m, -1.0], [2.0, 1.0, 1.0]);
+            panel.separates(&eye, &region(&world, [20.0, bottom_m, -0.5], [21.0, top_m, 0.5]), true)
+        };
+        assert!(!hides(0.0, 0.015));
+        assert!(hides(0.02, 0.2), "nobody passes below who stays above its bottom");
     }
 
     #[test]

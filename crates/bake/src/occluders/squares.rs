@@ -1,5 +1,7 @@
 //! Which squares of a wall do its faces cover? A wall is a rectilinear grid through the corners of its faces; a square is opaque
-//! when nothing is left of it after all of them were taken away.
+//! when nothing is left of it after all of them were taken away. Faces are grown by half a hole on all sides, so that narrower gaps
+//! between them are closed; corners sharper than a right angle no further than that beyond the corner, or a fan of slivers would
+//! close what is as wide as they are long.
 //!
 //! Cost: squares times the faces that meet them, little for squares of which a corner or the middle is bare.
 
@@ -196,8 +198,11 @@ impl Squares<'_> {
 
 /// Takes a triangle, grown by a little, away from polygons.
 struct Knife {
-    /// Where each edge begins, and which way it leads around, counter-clockwise.
-    edges: [[Vec2; 2]; 3],
+    /// Where each edge begins, and which way it leads around, counter-clockwise; then each corner that is sharper than a right angle,
+    /// and which way one goes around past it.
+    edges: [[Vec2; 2]; 6],
+    /// How many of these there are.
+    count: usize,
     grow_m: f32,
 }
 
@@ -209,10 +214,22 @@ impl Knife {
             face.swap(1, 2);
         }
         let along = |i: usize| (face[(i + 1) % 3] - face[i]).try_normalize();
-        Some(Self {
-            edges: [[face[0], along(0)?], [face[1], along(1)?], [face[2], along(2)?]],
-            grow_m,
-        })
+        let along = [along(0)?, along(1)?, along(2)?];
+        let mut edges = [[Vec2::ZERO; 2]; 6];
+        let mut count = 3;
+        for i in 0..3 {
+            edges[i] = [face[i], along[i]];
+            let (comes, goes) = (along[(i + 2) % 3], along[i]);
+            if comes.dot(goes) < 0.0 {
+                edges[count] = [face[i], (comes - goes).perp().normalize()];
+                count += 1;
+            }
+        }
+        Some(Self { edges, count, grow_m })
+    }
+
+    fn edges(&self) -> &[[Vec2; 2]] {
+        &self.edges[..self.count]
     }
 
     /// Positive inside of an edge, also for what is within the growth.
@@ -222,14 +239,14 @@ impl Knife {
 
     /// Whether a place lies in the triangle or hardly outside of it.
     fn may_take(&self, p: Vec2) -> bool {
-        self.edges.iter().all(|edge| self.inside(edge, p) >= -self.grow_m)
+        self.edges().iter().all(|edge| self.inside(edge, p) >= -self.grow_m)
     }
 
     /// Adds to `pieces` what is left of a convex polygon: convex polygons again.
     fn cut(&self, polygon: Vec<Vec2>, pieces: &mut Vec<Vec<Vec2>>) {
         // Most polygons lie beside the triangle or in it.
         let mut is_in = true;
-        for edge in &self.edges {
+        for edge in self.edges() {
             let (mut some_in, mut some_out) = (false, false);
             for p in &polygon {
                 let height = self.inside(edge, *p);
@@ -247,7 +264,7 @@ impl Knife {
         }
         let before = pieces.len();
         let mut rest = polygon.clone();
-        for edge in &self.edges {
+        for edge in self.edges() {
             let outer = clipped(&rest, |p| -self.inside(edge, p));
             if outer.len() > 2 {
                 pieces.push(outer);
@@ -301,6 +318,27 @@ mod tests {
         assert_eq!(covered(faces.iter(), &lines, TOLERANCE), [true, true]);
         let cut = [[p(0., 0.), p(4., 0.), p(4., 3.)], [p(0., 0.), p(4., 3.), p(1., 3.)]];
         assert_eq!(covered(cut.iter(), &lines, TOLERANCE), [false, true]);
+    }
+
+    #[test]
+    fn a_fan_of_slivers_closes_no_more_before_its_tip_than_one_face_does() {
+        const SLIVERS: usize = 900;
+        let tip = p(1.0, 1.0);
+        let rim = |i: usize| {
+            let (sin, cos) = (std::f32::consts::FRAC_PI_2 * i as f32 / SLIVERS as f32).sin_cos();
+            tip + p(cos, sin)
+        };
+        let fan: Vec<_> = (0..SLIVERS).map(|i| [tip, rim(i), rim(i + 1)]).collect();
+        // A square hole before the tip, as wide as a sharp corner would reach without a limit.
+        let hole_m = 0.1 * TOLERANCE.hole_m * SLIVERS as f32;
+        let lines = [vec![1.0 - hole_m, 1.0], vec![1.0 - hole_m, 1.0]];
+        assert_eq!(covered(fan.iter(), &lines, TOLERANCE), [false]);
+        let lines = [vec![1.0 - 0.3e-3, 1.0], vec![1.0 - 0.3e-3, 1.0]];
+        assert_eq!(
+            covered(fan.iter(), &lines, TOLERANCE),
+            [true],
+            "a gap that is narrower than a hole"
+        );
     }
 
     #[test]

@@ -36,6 +36,22 @@ fn each_size_is_half_the_one_before_down_to_the_smallest() {
 }
 
 #[test]
+fn a_size_that_saves_nothing_is_left_out_and_ends_nothing() {
+    // Noise that begins again as soon as its writer can tell; of three channels half as wide it does too late, a quarter as wide not.
+    let pixels = image::GrayImage::from_fn(512, 512, |x, y| Luma([noise(x, y % 63)[0]]));
+    let picture = Image {
+        ext: "png",
+        media_type: "image/png",
+        bytes: super::png([512, 512], pixels.as_raw(), ExtendedColorType::L8),
+    };
+    let ladder = ladder(&picture, Content::Data);
+    let sizes: Vec<_> = ladder.rungs.iter().map(|rung| decoded(rung).width()).collect();
+    assert_eq!(sizes, [512, 512, 128, 64, 32]);
+    assert_eq!(ladder.rungs[0], ladder.rungs[1]);
+    assert!(ladder.rungs[1..].windows(2).all(|pair| pair[1].len() < pair[0].len()));
+}
+
+#[test]
 fn colours_are_averaged_in_linear_light_and_data_as_they_stand() {
     let checks = png(128, 128, |x, y| {
         [if (x + y) % 2 == 0 { 255 } else { 0 }, noise(x, y)[1], 0, 255]
@@ -51,19 +67,69 @@ fn colours_are_averaged_in_linear_light_and_data_as_they_stand() {
 }
 
 #[test]
-fn what_cannot_be_seen_has_no_colour() {
+fn what_cannot_be_seen_has_the_colour_of_what_lies_beside_it() {
     let fence = png(128, 128, |x, y| {
-        if x % 2 == 0 {
+        if x % 2 == 0 && x < 96 {
             [255, 0, noise(x, y)[2], 255]
         } else {
             [0, 255, 0, 0]
         }
     });
-    let half = decoded(&ladder(&fence, Content::Color).rungs[1]);
+    for rung in &ladder(&fence, Content::Cutout).rungs[1..] {
+        let rung = decoded(rung);
+        let seen = rung.width() * 3 / 4;
+        assert!(rung.enumerate_pixels().all(|(x, _, pixel)| {
+            let [red, green, _, alpha] = pixel.0;
+            red == 255 && green == 0 && alpha == if x < seen { 128 } else { 0 }
+        }));
+    }
+    let nothing = png(64, 64, |x, y| [noise(x, y)[0], 255, 0, 0]);
     assert!(
-        half.pixels()
-            .all(|pixel| pixel.0[1] == 0 && pixel.0[0] == 255 && pixel.0[3] == 128)
+        decoded(&ladder(&nothing, Content::Cutout).rungs[1])
+            .pixels()
+            .all(|p| p.0 == [0; 4])
     );
+}
+
+#[test]
+fn what_alpha_does_not_hide_keeps_its_colours() {
+    let paint = png(128, 128, |x, y| [200, 100, noise(x, y)[2], if x < 64 { 0 } else { 9 }]);
+    for rung in &ladder(&paint, Content::Color).rungs[1..] {
+        let rung = decoded(rung);
+        let half = rung.width() / 2;
+        assert!(rung.enumerate_pixels().all(|(x, _, pixel)| {
+            let [red, green, blue, alpha] = pixel.0;
+            (red, green) == (200, 100) && blue > 0 && alpha == if x < half { 0 } else { 9 }
+        }));
+    }
+    let seen = small(&paint, Content::Color, 32).unwrap();
+    assert!(
+        seen.pixels()
+            .all(|pixel| (srgb(pixel.0[0]) * 255.0 - 200.0).abs() < 0.5)
+    );
+}
+
+#[test]
+fn only_base_colours_that_are_masked_or_blended_are_weighted_by_alpha() {
+    let textures = [0, 1, 2, 3].map(|image| Texture { image, sampler: None });
+    let of = |mode: &str, base: usize| {
+        let glossy = json!({"diffuseTexture": {"index": base}, "specularGlossinessTexture": {"index": 3}});
+        material(
+            json!({"alphaMode": mode, "pbrMetallicRoughness": {"baseColorTexture": {"index": base}},
+            "emissiveTexture": {"index": 2}, "extensions": {"KHR_materials_pbrSpecularGlossiness": glossy}}),
+        )
+    };
+    let [cutout, colour] = [Content::Cutout, Content::Color];
+    for (materials, found) in [
+        (vec![of("MASK", 0), of("BLEND", 1)], [cutout, cutout, colour, colour]),
+        (vec![of("OPAQUE", 0), of("BLEND", 1)], [colour, cutout, colour, colour]),
+        (
+            vec![of("MASK", 0), of("OPAQUE", 0)],
+            [colour, Content::Data, colour, colour],
+        ),
+    ] {
+        assert_eq!(contents(&materials, &textures, 4), found);
+    }
 }
 
 #[test]

@@ -2,42 +2,41 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use serde_json::Value;
 
-use super::{Content, LARGEST_PX};
+use super::{Content, LARGEST_PX, transform::Transform};
 use crate::source::{Material, Primitive, Texture, Topology};
 
 /// A member of a glTF material that names a texture.
 struct Use {
     texture: usize,
-    /// Which set of texture coordinates.
-    set: usize,
-    /// The material's own transform of texture coordinates, but for where it begins.
-    transform: DMat2,
+    transform: Transform,
     content: Content,
 }
 
-/// What each picture of a scene shows; data where a material reads it as such and as colours.
+/// What each picture of a scene shows: where materials read it differently, what asks least; data where none reads it.
 #[must_use]
 pub fn contents(materials: &[Material], textures: &[Texture], images: usize) -> Vec<Content> {
-    let mut colors = vec![false; images];
-    let mut data = vec![false; images];
+    let mut contents = vec![None; images];
     for found in materials.iter().flat_map(uses) {
-        let Some(texture) = textures.get(found.texture) else {
-            continue;
-        };
-        let list = if found.content == Content::Color {
-            &mut colors
-        } else {
-            &mut data
-        };
-        if let Some(slot) = list.get_mut(texture.image) {
-            *slot = true;
+        let texture = textures.get(found.texture);
+        if let Some(content) = texture.and_then(|texture| contents.get_mut(texture.image)) {
+            *content = (*content).max(Some(found.content));
         }
     }
-    let content = |(color, data): (bool, bool)| if color && !data { Content::Color } else { Content::Data };
-    colors.into_iter().zip(data).map(content).collect()
+    contents
+        .into_iter()
+        .map(|content| content.unwrap_or(Content::Data))
+        .collect()
+}
+
+/// What the base colours of a material are: only where it is masked or blended does their alpha say what is there.
+pub(crate) fn base_content(gltf: &Value) -> Content {
+    match gltf.get("alphaMode").and_then(Value::as_str) {
+        Some("MASK" | "BLEND") => Content::Cutout,
+        _ => Content::Color,
+    }
 }
 
 /// For each picture that a mesh shows, the lengths in model units that its width and its height cover where they are
@@ -61,12 +60,15 @@ pub fn covered(primitives: &[Primitive], materials: &[Material], textures: &[Tex
 
 /// The means over a primitive's area of the lengths that the sides of a picture cover; `None` where it covers none.
 fn mean_lengths(primitive: &Primitive, found: &Use) -> Option<DVec2> {
-    let uvs = primitive.uvs.get(found.set)?;
+    let uvs = primitive.uvs.get(found.transform.set)?;
     let (mut areas, mut lengths) = (DVec2::ZERO, DVec2::ZERO);
     for corners in primitive.indices.as_chunks::<3>().0 {
         let corners = corners.map(|i| i as usize);
         let on_model = corners.map(|i| DVec3::from(primitive.positions[i].map(f64::from)));
-        let of = |i: usize| uvs.get(i).map(|uv| found.transform * DVec2::from(uv.map(f64::from)));
+        let of = |i: usize| {
+            uvs.get(i)
+                .map(|uv| found.transform.linear * DVec2::from(uv.map(f64::from)))
+        };
         let [Some(p), Some(q), Some(r)] = corners.map(of) else {
             continue;
         };
@@ -99,39 +101,45 @@ fn length_along(axis: usize, [a, b, c]: [DVec3; 3], [p, q, r]: [DVec2; 3]) -> Op
     length.is_finite().then_some(length)
 }
 
+/// How many pictures of a material lie along a unit of a set of texture coordinates, of that of which there are most; at least 1.
+pub(crate) fn pictures_a_unit(material: Option<&Material>, set: usize) -> f64 {
+    let of_set = material
+        .into_iter()
+        .flat_map(uses)
+        .filter(|found| found.transform.set == set);
+    let scale = |found: Use| {
+        let linear = found.transform.linear;
+        linear.x_axis.length().max(linear.y_axis.length())
+    };
+    of_set.map(scale).fold(1.0, f64::max)
+}
+
 /// The textures that a material names, at any depth.
 fn uses(material: &Material) -> Vec<Use> {
     let mut found = Vec::new();
-    collect(&material.gltf, &mut found);
+    collect(&material.gltf, base_content(&material.gltf), &mut found);
     found
 }
 
-fn collect(value: &Value, into: &mut Vec<Use>) {
+fn collect(value: &Value, base: Content, into: &mut Vec<Use>) {
     match value {
         Value::Object(members) => {
             for (name, member) in members.iter().filter(|(name, _)| *name != "extras") {
                 if name.ends_with("Texture") {
-                    into.extend(named(name, member));
+                    into.extend(named(name, member, base));
                 }
-                collect(member, into);
+                collect(member, base, into);
             }
         }
-        Value::Array(items) => items.iter().for_each(|item| collect(item, into)),
+        Value::Array(items) => items.iter().for_each(|item| collect(item, base, into)),
         _ => {}
     }
 }
 
-fn named(name: &str, member: &Value) -> Option<Use> {
-    let number = |value: &Value| usize::try_from(value.as_u64()?).ok();
-    let transform = member.pointer("/extensions/KHR_texture_transform");
-    let set = transform.and_then(|t| t.get("texCoord")).or(member.get("texCoord"));
-    let number_at = |path: &str| transform.and_then(|t| t.pointer(path)?.as_f64());
-    let scale = ["/scale/0", "/scale/1"].map(|path| number_at(path).unwrap_or(1.0));
-    let turn = DMat2::from_angle(number_at("/rotation").unwrap_or(0.0));
+fn named(name: &str, member: &Value, base: Content) -> Option<Use> {
     let content = match name {
-        "baseColorTexture"
-        | "emissiveTexture"
-        | "diffuseTexture"
+        "baseColorTexture" | "diffuseTexture" => base,
+        "emissiveTexture"
         | "specularGlossinessTexture"
         | "specularColorTexture"
         | "sheenColorTexture"
@@ -139,9 +147,8 @@ fn named(name: &str, member: &Value) -> Option<Use> {
         _ => Content::Data,
     };
     Some(Use {
-        texture: number(member.get("index")?)?,
-        set: set.and_then(number).unwrap_or(0),
-        transform: turn * DMat2::from_diagonal(scale.into()),
+        texture: usize::try_from(member.get("index")?.as_u64()?).ok()?,
+        transform: Transform::of(member),
         content,
     })
 }

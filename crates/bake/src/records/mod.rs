@@ -45,6 +45,7 @@ use crate::{
     BakeError,
     cells::CellGraph,
     frame::Frame,
+    growable::Growable,
     progress::{Progress, Stage},
     source::{Role, SourceObject, SourceScene},
     visibility::{Visibility, conservative::Scenery},
@@ -100,6 +101,8 @@ pub struct Written {
     pub blobs: Vec<(BlobName, u64)>,
     /// Cells that an earlier bake had looked from already.
     pub remembered_cells: u32,
+    /// Which of its models clients can grow.
+    pub growable: Growable,
 }
 
 impl Written {
@@ -174,7 +177,9 @@ pub fn write(
         starts = written.starts(&viewpoints, &ledger)?;
     }
 
-    let (url, occluders_bytes) = ledger.put("occ", input.scenery.encode(&input.frame, input.world.origin()))?;
+    let stored = input.scenery.encode(&input.frame, input.world.origin());
+    debug_assert!(Scenery::decode(&stored).is_ok(), "the server reads what is stored");
+    let (url, occluders_bytes) = ledger.put("occ", stored)?;
     let occluders = OccludersRef {
         url,
         bytes: occluders_bytes,
@@ -220,6 +225,7 @@ pub fn write(
         manifest,
         blobs: ledger.into_blobs(),
         remembered_cells: input.visibility.remembered,
+        growable: Growable::of(input.scene),
     })
 }
 

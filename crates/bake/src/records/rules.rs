@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_scene::{
     BlobName,
     object::{Import, Procedural},
+    procedural::tidied,
 };
 
 use super::sink::{Ledger, SinkError};
@@ -42,16 +43,40 @@ pub(super) fn write(model: &SourceModel, ledger: &Ledger<'_>) -> Result<Option<P
     }))
 }
 
-/// The files that a file imports, and those that they import. A text that holds a name in quotes counts as importing it.
+/// The files that a file imports, and those that they import. A text that holds a name in quotes, however it is written, counts as
+/// importing it.
 fn imported<'t>(texts: &'t BTreeMap<String, String>, file: &str) -> BTreeSet<&'t str> {
     let mut found = BTreeSet::new();
     let mut open = vec![file];
     while let Some(text) = open.pop().and_then(|file| texts.get(file)) {
-        for (name, _) in text.split('"').filter_map(|quoted| texts.get_key_value(quoted)) {
+        let quoted = text.split('"').filter(|quoted| !quoted.contains('\n'));
+        for (name, _) in quoted.filter_map(|quoted| texts.get_key_value(&tidied(quoted))) {
             if name != file && found.insert(name.as_str()) {
                 open.push(name);
             }
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_imported_however_their_names_are_written() {
+        let texts = [
+            (
+                "yard.dcg",
+                "import \"./lib/crate.dcg\" as crate\nimport \"lib/../post.dcg\" as post\ncrate() post()",
+            ),
+            ("lib/crate.dcg", "import \"lib/board.dcg\" as board\nboard()"),
+            ("lib/board.dcg", "box(1, 1, 1)"),
+            ("post.dcg", "cylinder(1, 1)"),
+            ("other.dcg", "sphere(1)"),
+        ];
+        let texts = texts.map(|(name, text)| (name.to_owned(), text.to_owned())).into();
+        let names: Vec<_> = imported(&texts, "yard.dcg").into_iter().collect();
+        assert_eq!(names, ["lib/board.dcg", "lib/crate.dcg", "post.dcg"]);
+    }
 }

@@ -38,7 +38,7 @@ pub(super) fn write(
     // The triangles of each that gets one.
     let costs = scene.models.iter().map(|model| {
         let triangles = model.triangle_count() as u64;
-        publish::is_worthwhile(model).then_some(triangles)
+        publish::is_worthwhile(model, &scene.materials).then_some(triangles)
     });
     let costs: Vec<Option<u64>> = costs.collect();
     progress.start(Stage::Smooth, costs.iter().flatten().sum());
@@ -52,26 +52,32 @@ pub(super) fn write(
                 return Err(BakeError::Cancelled);
             }
             let Some(triangles) = cost else { return Ok(None) };
-            let mesh = QuantisedMesh::new(model, publish::precision(model, scale));
-            let bytes = smooth::encode(&mesh);
-            let is_smaller = bytes.len() < publish::plain_bytes(model);
-            let smooth = is_smaller.then(|| write_one((model, &mesh), bytes, (pictures, limits), ledger));
+            let mesh = QuantisedMesh::new(model, publish::precision(model, &scene.materials, scale));
+            let bytes = smooth::encode(&mesh).filter(|bytes| bytes.len() < publish::plain_bytes(model));
+            let smooth = bytes.map(|bytes| write_one((model, &mesh), bytes, (pictures, limits), ledger));
             progress.advance(*triangles);
-            smooth.transpose()
+            Ok(smooth.transpose()?.flatten())
         });
     written.collect()
 }
 
+/// `None` where the stream would lack something.
 fn write_one(
     (model, mesh): (&SourceModel, &QuantisedMesh),
     bytes: Vec<u8>,
     (pictures, limits): (&Pictures<'_>, HausdorffLimits),
     ledger: &Ledger<'_>,
-) -> Result<SmoothLod, BakeError> {
+) -> Result<Option<SmoothLod>, BakeError> {
     const READS: &str = "a reader reads what was just written";
     let scene = pictures.scene;
     let (header, _) = Header::read(&bytes).expect(READS).expect(READS);
     let errors = publish::geometric_errors(model, mesh, &bytes, limits).expect(READS);
+    if !errors
+        .last()
+        .is_some_and(|error| publish::is_whole(model, mesh, *error, limits))
+    {
+        return Ok(None);
+    }
     let (url, bytes) = ledger.put(SLOD, bytes)?;
     let rungs = header
         .cuts
@@ -106,12 +112,12 @@ fn write_one(
         .into_iter()
         .map(|texture| pictures.whole(scene.textures[texture].image).clone())
         .collect();
-    Ok(SmoothLod {
+    Ok(Some(SmoothLod {
         url,
         bytes,
         materials,
         materials_bytes,
         textures: textures.into_iter().collect(),
         rungs,
-    })
+    }))
 }

@@ -60,20 +60,28 @@ const LENGTH_WEIGHT: f64 = 1e-3;
 /// A triangle may not turn farther: cosine.
 const MOST_TURN: f64 = 0.2;
 
-/// Collapses a mesh to one vertex. It must have one.
-pub(super) fn cluster(mesh: &QuantisedMesh) -> ClusterTree {
+/// Of more triangles around a vertex, so many are looked at, evenly spread.
+const MOST_SAMPLED: usize = 256;
+/// All passes together go over so many vertices and triangles for each that there is. Nearly all meshes need fewer than
+/// ten; but where all hangs on few vertices, each pass makes few collapses.
+const MOST_WORK: u64 = 128;
+
+/// Collapses a mesh to one vertex. It must have one. `None` when it would take too long.
+pub(super) fn cluster(mesh: &QuantisedMesh) -> Option<ClusterTree> {
     let mut work = Work::new(mesh);
     let mut passes = Vec::new();
+    let mut left = MOST_WORK * work.size();
     while work.live.len() > 1 {
+        left = left.checked_sub(work.size())?;
         let pass = work.pass();
         passes.push(pass);
     }
-    ClusterTree {
+    Some(ClusterTree {
         passes,
         corners: work.moved,
         triangles: work.triangles,
         root: work.live[0],
-    }
+    })
 }
 
 struct Work<'a> {
@@ -159,6 +167,11 @@ impl<'a> Work<'a> {
         }
     }
 
+    /// Vertices and triangles that are left.
+    fn size(&self) -> u64 {
+        (self.live.len() + self.alive.len()) as u64
+    }
+
     fn pass(&mut self) -> Pass {
         self.gather_corners();
         let candidates = self.candidates();
@@ -237,6 +250,13 @@ impl<'a> Work<'a> {
         &self.corners[begin as usize..end as usize]
     }
 
+    /// The same, but of many only a few.
+    fn sample_of(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        let corners = self.corners_of(vertex);
+        let step = corners.len().div_ceil(MOST_SAMPLED).max(1);
+        corners.iter().step_by(step).copied()
+    }
+
     /// For each vertex the best collapse, by number of the vertex.
     fn candidates(&mut self) -> Vec<Candidate> {
         let mut candidates = Vec::with_capacity(self.live.len());
@@ -265,7 +285,7 @@ impl<'a> Work<'a> {
         seen.clear();
         let mut best: Option<Candidate> = None;
         let (own, from) = (&self.quadrics[gone as usize], self.positions[gone as usize]);
-        for &corner in self.corners_of(gone) {
+        for corner in self.sample_of(gone) {
             for kept in self.triangles[corner as usize / 3] {
                 if kept == gone || rested && self.is_tired[kept as usize] || seen.contains(&kept) {
                     continue;
@@ -327,11 +347,11 @@ impl<'a> Work<'a> {
         candidates.sort_by_key(|candidate| candidate.gone);
     }
 
-    /// The triangles around a vertex, as they are now.
+    /// Triangles around a vertex, as they are now.
     fn find_facets(&self, gone: u32, facets: &mut Vec<Facet>) {
         let from = self.positions[gone as usize];
         facets.clear();
-        for &corner in self.corners_of(gone) {
+        for corner in self.sample_of(gone) {
             let corners = self.triangles[corner as usize / 3];
             let side = corner as usize % 3;
             let (b, c) = (corners[(side + 1) % 3], corners[(side + 2) % 3]);

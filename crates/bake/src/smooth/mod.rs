@@ -37,9 +37,10 @@ use script::Undo;
 /// Meshes with fewer vertices are not worth weights of their own.
 const LEAST_FITTED: usize = 600;
 
-/// Writes a smooth LOD.
+/// Writes a smooth LOD; `None` when readers would refuse it, since a number in its header is too large or so many triangles meet at
+/// so few vertices, or when it would take too long.
 #[must_use]
-pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
+pub fn encode(mesh: &QuantisedMesh) -> Option<Vec<u8>> {
     let mut header = Header {
         total_bytes: 0,
         bits: mesh.bits,
@@ -53,17 +54,20 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
         weights: USUAL_WEIGHTS,
         cuts: Vec::new(),
     };
+    if !is_readable(&header) {
+        return None;
+    }
     if mesh.triangles.is_empty() {
         header.wedges = 0;
         header.total_bytes = header.to_bytes().len() as u32;
-        return header.to_bytes();
+        return Some(header.to_bytes());
     }
-    let tree = collapse::cluster(mesh);
+    let tree = collapse::cluster(mesh)?;
     let source = Surface::of(mesh);
     let ruler = Ruler::new(&source, cuts::SAMPLES);
     let lacking = lattices::choose(mesh, &tree, &ruler);
     let mut undo = Undo::new(mesh, &tree, &lacking);
-    let draft = Replay::new(&header).draft(&mut undo);
+    let draft = Replay::new(&header).draft(&mut undo)?;
     header.wedges = undo.source_wedge.len() as u32;
     if mesh.positions.len() >= LEAST_FITTED {
         header.weights = undo.fit.weights();
@@ -79,5 +83,15 @@ pub fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
     header.total_bytes = header_bytes + stream.len() as u32;
     let mut bytes = header.to_bytes();
     bytes.extend(stream);
-    bytes
+    Some(bytes)
+}
+
+/// Whether readers take what the header says of lattice and attributes, whatever the stream then has.
+fn is_readable(header: &Header) -> bool {
+    let bare = Header {
+        total_bytes: u32::MAX,
+        wedges: 0,
+        ..header.clone()
+    };
+    matches!(Header::read(&bare.to_bytes()), Ok(Some(_)))
 }

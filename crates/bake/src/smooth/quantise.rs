@@ -14,14 +14,18 @@ use crate::source::{Primitive, SourceModel, Topology};
 
 /// More sets of texture coordinates are left out.
 pub const MOST_UV_SETS: usize = 4;
+/// Most bits of a texture coordinate or a colour: with 24, single precision would end.
+pub const MOST_ATTRIBUTE_BITS: u32 = 20;
 
 /// How finely a model is rounded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Precision {
     /// Bits of a coordinate, 1 to 16.
     pub position_bits: u32,
-    /// Bits of a texture coordinate, 1 to 16.
+    /// Bits of a texture coordinate, 1 to [`MOST_ATTRIBUTE_BITS`].
     pub uv_bits: u32,
+    /// Bits of a colour's part, 1 to [`MOST_ATTRIBUTE_BITS`]; 8 where all colours are exactly bytes.
+    pub colour_bits: u32,
     /// Whether there shall be normals, texture coordinates and colours.
     pub with_attributes: bool,
 }
@@ -31,6 +35,7 @@ impl Default for Precision {
         Self {
             position_bits: 14,
             uv_bits: 12,
+            colour_bits: 12,
             with_attributes: true,
         }
     }
@@ -83,7 +88,7 @@ impl QuantisedMesh {
         let last = f64::from((1u32 << precision.position_bits) - 1);
         let step = if extent > 0.0 { (extent / last) as f32 } else { 0.0 };
         let channels = if precision.with_attributes {
-            channels(&primitives, precision.uv_bits)
+            channels(&primitives, precision)
         } else {
             Vec::new()
         };
@@ -215,7 +220,8 @@ pub fn materials(model: &SourceModel) -> Vec<Option<usize>> {
 }
 
 /// What the primitives have, each at least one of them.
-fn channels(primitives: &[&Primitive], uv_bits: u32) -> Vec<Channel> {
+fn channels(primitives: &[&Primitive], precision: Precision) -> Vec<Channel> {
+    let steps = |bits: u32| ((1u32 << bits) - 1) as f32;
     let mut channels = Vec::new();
     let mut add = |kind, low: [f32; 2], high: [f32; 2], last: f32| {
         channels.push(Channel {
@@ -231,13 +237,20 @@ fn channels(primitives: &[&Primitive], uv_bits: u32) -> Vec<Channel> {
     for set in 0..sets.min(MOST_UV_SETS) {
         let (low, high) = range(primitives.iter().filter_map(|p| p.uvs.get(set)).flatten());
         if low[0] <= high[0] {
-            add(ChannelKind::Uv, low, high, ((1u32 << uv_bits) - 1) as f32);
+            add(ChannelKind::Uv, low, high, steps(precision.uv_bits));
         }
     }
     if primitives.iter().any(|p| !p.colors.is_empty()) {
-        let (_, high) = range(primitives.iter().flat_map(|p| &p.colors));
+        let colors = || primitives.iter().flat_map(|p| &p.colors);
+        let (_, high) = range(colors());
         let most = high.into_iter().fold(1.0, f32::max);
-        add(ChannelKind::Colour, [0.0; 2], [most; 2], 255.0);
+        let is_byte = |x: &f32| (0.0..=1.0).contains(x) && (x * 255.0).round() / 255.0 == *x;
+        let bits = if colors().flatten().all(is_byte) {
+            8
+        } else {
+            precision.colour_bits
+        };
+        add(ChannelKind::Colour, [0.0; 2], [most; 2], steps(bits));
     }
     channels
 }

@@ -1,11 +1,15 @@
+use belvedere_scene::smooth::attributes::{Channel, ChannelKind};
 use belvedere_scene::smooth::{Decoder, Header, SmoothError};
 use proptest::prelude::*;
 
 use super::canonical;
-use super::encode;
 use super::error::{Ruler, Surface};
 use super::quantise::{Precision, QuantisedMesh};
 use crate::source::{Primitive, SourceModel};
+
+pub(super) fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
+    super::encode(mesh).expect("no vertex has very many triangles")
+}
 
 /// Triangles over points of a small lattice: close together, so that many share edges, are doubled or have no area.
 fn soup(points: &[[u8; 3]], corners: &[[u8; 3]], materials: usize) -> SourceModel {
@@ -305,6 +309,26 @@ fn a_mesh_without_triangles_is_whole_at_once() {
 }
 
 #[test]
+fn numbers_that_no_header_takes_give_no_stream() {
+    let changes: [fn(&mut Primitive); 4] = [
+        |primitive| primitive.uvs[0][5] = [1e30, 1e30],
+        |primitive| (primitive.uvs[0][5], primitive.uvs[0][9]) = ([3e38, -3e38], [-3e38, 3e38]),
+        |primitive| {
+            primitive.colors = vec![[1.0; 4]; primitive.positions.len()];
+            primitive.colors[0][0] = 1e30;
+        },
+        |primitive| primitive.positions.iter_mut().for_each(|p| *p = p.map(|x| 1e27 * x)),
+    ];
+    for (i, change) in changes.into_iter().enumerate() {
+        let mut model = sheet(8);
+        change(&mut model.primitives[0]);
+        let of = |precision| super::encode(&QuantisedMesh::new(&model, precision));
+        assert_eq!(of(Precision::default()), None, "change {i}");
+        assert_eq!(of(without_attributes()).is_some(), i < 3, "change {i}");
+    }
+}
+
+#[test]
 fn what_claims_too_much_is_refused_before_memory_is_taken() {
     let bytes = encode(&QuantisedMesh::new(&sheet(3), Precision::default()));
     let (mut header, length) = Header::read(&bytes).unwrap().unwrap();
@@ -346,6 +370,15 @@ fn a_header_that_says_what_the_stream_does_not_is_refused() {
             "change {i}: {refused:?}"
         );
     }
+    // Readers would differ in which of two they draw.
+    for kind in [ChannelKind::Normal, ChannelKind::Colour] {
+        let (mut header, _) = Header::read(&bytes).unwrap().unwrap();
+        let [low, step] = [[0.0; 2]; 2];
+        header.channels = vec![Channel { kind, low, step }; 2];
+        let refused = Header::read(&header.to_bytes());
+        let fault = "it has more than one normal or colour of a corner";
+        assert_eq!(refused, Err(SmoothError::Damaged(fault)));
+    }
     let refused = told(&bare, |header| header.wedges = 1);
     assert_eq!(refused, Err(SmoothError::Damaged("it has wedges without attributes")));
 }
@@ -358,4 +391,63 @@ fn what_goes_on_after_its_end_is_refused() {
         Decoder::new(u64::MAX).push(&bytes),
         Err(SmoothError::Damaged(_))
     ));
+}
+
+/// Triangles around one vertex, as a cone; textured, with a seam.
+fn cone(n: u16) -> SourceModel {
+    let mut cone = Primitive::default();
+    let (mut around, mut uvs) = (vec![[0.0, 1.0, 0.0]; 2], vec![[0.0, 0.0], [1.0, 0.0]]);
+    for i in 0..=n {
+        let share = f32::from(i) / f32::from(n);
+        let angle = std::f32::consts::TAU * share;
+        around.push([angle.cos() * (1.0 + 0.1 * f32::from(i % 13)), 0.0, angle.sin()]);
+        uvs.push([share, 1.0]);
+    }
+    let last = around.len() - 1;
+    around[last] = around[2];
+    for i in 0..u32::from(n) {
+        cone.indices.extend([u32::from(2 * i > u32::from(n)), i + 3, i + 2]);
+    }
+    cone.positions = around;
+    cone.uvs = vec![uvs];
+    SourceModel {
+        primitives: vec![cone],
+        ..SourceModel::default()
+    }
+}
+
+/// Pages that all hang on one edge.
+fn book(n: u16) -> SourceModel {
+    let mut book = Primitive {
+        positions: vec![[0.0; 3], [0.0, 1.0, 0.0]],
+        ..Primitive::default()
+    };
+    for i in 0..n {
+        let angle = std::f32::consts::TAU * f32::from(i) / f32::from(n);
+        book.positions.push([angle.cos(), 0.5, angle.sin()]);
+        book.indices.extend([0, 1, 2 + u32::from(i)]);
+    }
+    SourceModel {
+        primitives: vec![book],
+        ..SourceModel::default()
+    }
+}
+
+#[test]
+fn nothing_is_written_that_readers_refuse() {
+    let mut written = Vec::new();
+    for (name, model) in [
+        ("cone of 600", cone(600)),
+        ("cone of 3,000", cone(3000)),
+        ("cone of 30,000", cone(30_000)),
+        ("book of 100", book(100)),
+        ("book of 3,000", book(3000)),
+    ] {
+        let mesh = QuantisedMesh::new(&model, Precision::default());
+        if let Some(bytes) = super::encode(&mesh) {
+            assert_restored(&mesh, &decoded(&bytes));
+            written.push(name);
+        }
+    }
+    assert_eq!(written, ["cone of 600", "book of 100"]);
 }

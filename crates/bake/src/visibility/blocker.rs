@@ -13,7 +13,7 @@ use super::{
     stops::{Stops, stops},
     within::Solids,
 };
-use crate::occluders::{Body, Occluders, Tolerance};
+use crate::occluders::{Body, Occluders, Region, Tolerance};
 
 /// Bodies of one solid are nearer to each other than so many times the width of the holes that are closed.
 const TOUCHING: f32 = 4.0;
@@ -21,6 +21,13 @@ const TOUCHING: f32 = 4.0;
 /// Eyes no further behind a face than so many times the distance within which faces lie in one plane are before it: cells end at
 /// walls, but for rounding. Those further behind are inside what it bounds.
 pub(super) const AT_FACE: f32 = 2.0;
+
+/// From regions that reach further out than so many times the scene's width only single bodies and single walls hide, which are
+/// asked in double precision: places of openings and shadows are known to single precision.
+const NEAR: f32 = 4.0;
+
+/// From, and of, what reaches further out than so many times the scene's width nothing is hidden.
+const FURTHEST: f32 = 1e8;
 
 /// What hides, ready for questions.
 pub struct Blocker {
@@ -52,6 +59,17 @@ impl Blocker {
     #[must_use]
     pub fn holds(&self, point: Vec3) -> bool {
         self.solids.holds(&self.occluders.bodies, point)
+    }
+
+    /// Whether a region is so near that all kinds of proof are exact enough.
+    pub(super) fn is_near(&self, region: &Region) -> bool {
+        region.reach_m() <= NEAR * self.occluders.tolerance.scale_m()
+    }
+
+    /// Whether anything may be proved of the sight lines between two regions.
+    pub(super) fn may_separate(&self, eye: &Region, target: &Region) -> bool {
+        let furthest_m = FURTHEST * self.occluders.tolerance.scale_m();
+        !eye.overlaps(target) && eye.reach_m().max(target.reach_m()) <= furthest_m
     }
 
     pub(super) fn body(&self, index: u32) -> &Body {

@@ -49,11 +49,6 @@ pub struct ConservativeSettings {
 }
 
 impl ConservativeSettings {
-    /// For a first, rough answer: one body, one wall, or bodies together.
-    pub const ROUGH: Self = Self {
-        steps: 0,
-        ..Self::ON_LINE
-    };
     /// For answers within milliseconds.
     pub const ON_LINE: Self = Self {
         proofs: Proofs {
@@ -65,6 +60,17 @@ impl ConservativeSettings {
         cuts: 0,
         steps: 1500,
     };
+
+    /// For a first, rough answer with the same kinds of proof: one body, one wall, or bodies together.
+    #[must_use]
+    pub fn rough(self) -> Self {
+        Self {
+            halvings: 0,
+            cuts: 0,
+            steps: 0,
+            ..self
+        }
+    }
 }
 
 /// Asks what can be seen from regions of one scenery.
@@ -143,7 +149,8 @@ impl<'a> Observer<'a> {
     /// Openings through which an object might be seen from a region; `None` when it is hidden from there.
     pub fn ways_to(&mut self, eye: &Region, object: u32) -> Option<Vec<Region>> {
         let target = self.scenery.targets[object as usize].as_ref()?;
-        let hidden = self.prover.hides(eye, target).is_some();
+        let hidden = self.prover.hides_whole_by_one(eye, target, object).is_some()
+            || self.prover.hides_by_openings(eye, target).is_some();
         (!hidden).then(|| self.prover.leak().to_vec())
     }
 
@@ -194,7 +201,8 @@ impl<'a> Observer<'a> {
                     if fused && self.shadows.hide(target) {
                         continue;
                     }
-                    if self.known[object as usize] || self.prover.hides_by_one(eye, target).is_none() {
+                    let known = self.known[object as usize];
+                    if known || self.prover.hides_whole_by_one(eye, target, object).is_none() {
                         open.push(object);
                         if fused {
                             self.draw(eye, object);
@@ -207,8 +215,11 @@ impl<'a> Observer<'a> {
         open
     }
 
-    /// Draws the shadows of an object's bodies, as far as no eye of the region is inside them.
+    /// Draws the shadows of an object's bodies, as far as no eye of the region is inside them. From far out they are not exact enough.
     fn draw(&mut self, eye: &Region, object: u32) {
+        if !self.scenery.blocker.is_near(eye) {
+            return;
+        }
         for index in self.scenery.bodies_of[object as usize].clone() {
             let body = &self.scenery.blocker.occluders.bodies[index as usize];
             if body.hides && self.prover.is_outside(eye, index) {
@@ -311,8 +322,8 @@ impl<'a> Observer<'a> {
             let mut left: Vec<u32> = Vec::with_capacity(open.len());
             for object in open.iter() {
                 let target = self.scenery.targets[*object as usize].as_ref();
-                if self.known[*object as usize] || target.is_some_and(|t| self.prover.hides_by_one(&half, t).is_none())
-                {
+                let is_open = |target| self.prover.hides_whole_by_one(&half, target, *object).is_none();
+                if self.known[*object as usize] || target.is_some_and(is_open) {
                     left.push(*object);
                 }
             }

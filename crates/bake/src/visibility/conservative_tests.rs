@@ -212,10 +212,17 @@ enum Form {
     L,
     Courtyard,
     Gable,
+    /// A block with a pyramid on it.
+    Hip,
 }
 
 /// A city whose houses have these forms in turn, and stand askew.
 fn askew(city: City, forms: &[Form]) -> SourceScene {
+    turned(city, forms, 0.37)
+}
+
+/// A city whose houses have these forms in turn, each turned by so much more than the one before.
+fn turned(city: City, forms: &[Form], turn: f64) -> SourceScene {
     let mut scene = city.scene();
     for (index, (model, object)) in scene.models.iter_mut().zip(&mut scene.objects).enumerate() {
         model.primitives = vec![match forms[index % forms.len()] {
@@ -248,8 +255,18 @@ fn askew(city: City, forms: &[Form]) -> SourceScene {
                 let gable = [[0.0, 0.0], [10.0, 0.0], [10.0, 7.0], [5.0, 12.0], [0.0, 7.0]];
                 prism(&gable, &[[0, 4, 3], [0, 3, 2], [0, 2, 1]], 11.0, true)
             }
+            Form::Hip => {
+                let plan = [[0.0, 0.0], [0.0, 10.0], [10.0, 10.0], [10.0, 0.0]];
+                let mut house = prism(&plan, &[[0, 1, 2], [0, 2, 3]], 8.0, false);
+                let first = house.positions.len() as u32;
+                house.positions.extend(plan.map(|[x, z]| [x, 8.0, z]));
+                house.positions.push([5.0, 12.0, 5.0]);
+                let roof = [0, 2, 1, 0, 3, 2, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4];
+                house.indices.extend(roof.map(|corner| first + corner));
+                house
+            }
         }];
-        let turn = DMat4::from_rotation_y(0.37 * index as f64);
+        let turn = DMat4::from_rotation_y(turn * index as f64);
         let middle = DMat4::from_translation(DVec3::new(-5.0, 0.0, -5.0));
         object.world_from_object *= DMat4::from_translation(DVec3::new(4.0, 0.0, 4.0)) * turn * middle;
     }
@@ -271,6 +288,35 @@ fn whatever_rays_see_among_houses_of_many_forms_is_in_every_conservative_set() {
                 assert!(missing.is_empty(), "{missing:?} from {:?} with {settings:?}", cell.min);
                 hidden += town.scenery.targets.len() - set.len();
             }
+        }
+    }
+    assert!(hidden > 0);
+}
+
+#[test]
+fn whatever_rays_see_among_houses_with_hip_roofs_is_in_every_conservative_set() {
+    let blocks = [9, 7];
+    let city = City { blocks, ..City::SPARSE };
+    let scene = turned(city, &[Form::Hip], 0.0);
+    let mut town = Town::built(city, &scene, 0.0);
+    let bodies = &town.scenery.blocker.occluders.bodies;
+    let on_a_block = bodies
+        .iter()
+        .filter(|body| !body.planes.is_empty() && body.stands_m < body.min.y - 7.0);
+    assert!(on_a_block.count() > 20, "roofs stand where their houses do");
+    // Wider than any house, so that only one body alone hides, or several parts of these eyes.
+    for cell in &mut town.cells {
+        let middle = cell.center();
+        let half = Vec3::new(7.0, 0.5 * (cell.max.y - cell.min.y), 7.0);
+        *cell = Region::of_box(middle - half, middle + half);
+    }
+    town.look();
+    let mut hidden = 0;
+    for settings in [ONE_BODY, FUSED, Method::Occluders.proofs()] {
+        for ((set, seen), cell) in town.not_hidden(settings).iter().zip(&town.seen).zip(&town.cells) {
+            let missing: Vec<_> = seen.iter().filter(|o| set.binary_search(o).is_err()).collect();
+            assert!(missing.is_empty(), "{missing:?} from {:?} with {settings:?}", cell.min);
+            hidden += town.scenery.targets.len() - set.len();
         }
     }
     assert!(hidden > 0);

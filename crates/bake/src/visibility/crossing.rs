@@ -6,7 +6,7 @@
 
 use std::borrow::Borrow;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 
 use super::blocker::AT_FACE;
 use crate::occluders::{Occluders, Rectangle, Region, Wall, Way};
@@ -78,19 +78,28 @@ impl Crossing {
 }
 
 /// A rectangle in which all segments between two regions on different sides cross a wall. Only segments on the convex hull
-/// of both can cross at its border; for two boxes these join equal corners.
+/// of both can cross at its border; for two boxes these join equal corners. In double precision: where one region is far out,
+/// single precision would not tell openings apart.
 pub(super) fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
-    let mut rectangle = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
-    let mut include = |place: Vec2| {
+    let mut rectangle = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    let mut include = |place: DVec2| {
         for axis in 0..2 {
             rectangle[axis][0] = rectangle[axis][0].min(place[axis]);
             rectangle[axis][1] = rectangle[axis][1].max(place[axis]);
         }
     };
-    let at = |p: Vec3| (wall.normal.dot(p) - wall.offset, wall.place(p));
-    let mut segment = |(height_a, place_a): (f32, Vec2), (height_b, place_b): (f32, Vec2)| {
+    let (normal, offset, axes) = (
+        wall.normal.as_dvec3(),
+        f64::from(wall.offset),
+        wall.axes.map(Vec3::as_dvec3),
+    );
+    let at = |p: Vec3| {
+        let p = p.as_dvec3();
+        (normal.dot(p) - offset, DVec2::new(axes[0].dot(p), axes[1].dot(p)))
+    };
+    let mut segment = |(height_a, place_a): (f64, DVec2), (height_b, place_b): (f64, DVec2)| {
         let drop = height_a - height_b;
-        if drop.abs() <= f32::MIN_POSITIVE {
+        if drop.abs() <= f64::from(f32::MIN_POSITIVE) {
             include(place_a);
             include(place_b);
         } else {
@@ -109,7 +118,7 @@ pub(super) fn between(wall: &Wall, a: &Region, b: &Region) -> Rectangle {
             }
         }
     }
-    rectangle
+    rectangle.map(|ends| ends.map(|end| end as f32))
 }
 
 /// An opening as a region: a flat box where the wall stands along the world's axes.

@@ -224,12 +224,12 @@ impl Question<'_> {
             body.enters(from, to, reaches(body))
         };
         let rays = rays(eye, target, self.use_of.hull_rays_only);
-        let mut left: Vec<(f32, u32)> = Vec::new();
+        let mut left: Vec<(f64, u32)> = Vec::new();
         let mut first = None;
         for (number, ray) in rays.into_iter().enumerate() {
             let looks = number == 0 || !self.use_of.first_ray_traverses || self.use_of.first_hit;
             let mut tests = 0;
-            let mut met: Vec<(f32, u32)> = Vec::new();
+            let mut met: Vec<(f64, u32)> = Vec::new();
             if looks {
                 let mut ask = |index: u32| {
                     tests += 1;

@@ -10,7 +10,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
-    conservative::{ConservativeSettings, Observer, Scenery},
+    Method,
+    conservative::{Observer, Scenery},
     random::Random,
     sampler::{CellState, Sampler, Scratch, Sighting},
     sights::Sights,
@@ -86,7 +87,7 @@ pub fn glance(
         let mut near: Vec<u32> = near.collect();
         near.sort_unstable();
         near.dedup();
-        let mut observer = Observer::new(scenery, ConservativeSettings::ROUGH);
+        let mut observer = Observer::new(scenery, Method::Conservative.proofs().rough());
         // What one eye has seen or may see is no question for the next.
         let mut open: Vec<u32> = state.seen.iter().map(|sighting| sighting.object).collect();
         open.sort_unstable();

@@ -31,7 +31,7 @@ use crate::{
 };
 
 /// Changes whenever the same surroundings would give another answer.
-const VERSION: usize = 21;
+const VERSION: usize = 23;
 
 /// Rays at an object before anybody tries to prove it hidden.
 const FIRST_LOOK: u32 = 48;
@@ -63,7 +63,7 @@ pub(super) struct Looker<'a> {
 impl Looker<'_> {
     /// What one cell sees.
     pub(super) fn see(&self, cell: usize, scratch: &mut Scratch) -> Found {
-        let surroundings = self.atlas.around(cell);
+        let surroundings = self.atlas.around(cell, self.proofs);
         let key = self.key(&surroundings);
         if let Some(found) = self
             .memory

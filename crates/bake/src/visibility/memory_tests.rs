@@ -118,3 +118,69 @@ fn one_building_that_moves_concerns_those_who_may_see_it_and_nobody_else() {
     let share = looked_anew as f64 / (MOVED.len() * CELLS) as f64;
     assert!(share <= 0.05, "{:.1} % of cells looked from anew", 100.0 * share);
 }
+
+/// The city with a floor under every building: all of them lie in one plane.
+fn with_floors(city: &City) -> SourceScene {
+    let mut scene = city.scene();
+    for (model, boxes) in scene.models.iter_mut().zip(city.buildings()) {
+        let [x, _, z] = (boxes[0][1] - boxes[0][0]).as_vec3().to_array();
+        let primitive = &mut model.primitives[0];
+        let first = primitive.positions.len() as u32;
+        let floor = [[0.0, 0.0, 0.0], [x, 0.0, 0.0], [x, 0.0, z], [0.0, 0.0, z]];
+        primitive.positions.extend(floor);
+        primitive
+            .indices
+            .extend([0, 1, 2, 0, 2, 3].map(|corner| first + corner));
+    }
+    scene
+}
+
+#[test]
+fn a_plane_that_all_buildings_share_concerns_nobody_who_may_not_see_them() {
+    let city = City {
+        blocks: [22, 18],
+        ..City::DENSE
+    };
+    let graph = streets(&city);
+    let [open, closed] = [city.scene(), with_floors(&city)].map(|scene| {
+        let notebook = Notebook::default();
+        seen_in(&scene, &graph, &notebook);
+        let mut moved = scene.clone();
+        let place = &mut moved.objects[200].world_from_object;
+        *place = DMat4::from_translation(DVec3::new(0.4, 0.0, -0.3)) * *place;
+        let again = seen_in(&moved, &graph, &notebook);
+        assert_eq!(again.cells, seen_in(&moved, &graph, &Forgetful).cells);
+        CELLS - again.remembered as usize
+    });
+    assert!(open > 0 && open < CELLS / 2, "{open} of {CELLS}");
+    assert!(closed <= open + 1, "{closed} with floors, {open} without");
+}
+
+/// The digest of what decides what one cell of a small city sees, and that of what it sees.
+fn looked_at() -> [String; 2] {
+    let city = City {
+        blocks: [7, 6],
+        ..City::DENSE
+    };
+    let notebook = Notebook::default();
+    let mut graph = streets(&city);
+    graph.cells.truncate(1);
+    seen_in(&city.scene(), &graph, &notebook);
+    let notes = notebook.0.into_inner().unwrap();
+    let (key, found) = notes.first_key_value().expect("one cell");
+    let mut digester = crate::digest::Digester::default();
+    digester.text(found);
+    [key.to_string(), digester.finish().to_string()]
+}
+
+#[test]
+fn what_is_found_never_changes_under_the_same_key() {
+    const KEY: &str = "0cee5f719aa080d89667ea02148ec17a8feca563348bde05159b425f6f275c2f";
+    const FOUND: &str = "a659ccd2057ee563d9b6824e8a533c061ddb55e5422937b7591b2694c58135e0";
+    let [key, found] = looked_at();
+    assert!(
+        key != KEY || found == FOUND,
+        "the same surroundings give another answer, {found}: raise VERSION in look.rs, so that no bake takes the old one"
+    );
+    assert_eq!([&*key, &*found], [KEY, FOUND], "both have changed: write them here");
+}

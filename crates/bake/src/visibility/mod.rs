@@ -37,6 +37,8 @@ mod within;
 #[cfg(test)]
 mod conservative_tests;
 #[cfg(test)]
+mod far_tests;
+#[cfg(test)]
 mod gap_tests;
 #[cfg(test)]
 mod memory_tests;
@@ -61,6 +63,7 @@ use crate::{
     memory::Memory,
     occluders::Hiders,
     progress::{Cancelled, Progress, Stage},
+    random::GOLDEN,
     world::World,
 };
 use conservative::ConservativeSettings;
@@ -311,7 +314,7 @@ const ROW: usize = 16;
 /// All of so many cells, rows of them in no order of space, so that the first tenth is like all the others.
 fn in_rows(count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
-    order.sort_by_key(|cell| ((cell / ROW) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    order.sort_by_key(|cell| ((cell / ROW) as u64).wrapping_mul(GOLDEN));
     order
 }
 

@@ -7,6 +7,9 @@ use rayon::prelude::*;
 use super::{CellVisibility, Method, SeenObject, UNSEEN_FRACTION, Views, Visibility, join_both_ends};
 use crate::progress::{Cancelled, Progress, Stage};
 
+/// What a first revision is published as, whichever method is wanted.
+const METHOD: Method = Method::Conservative;
+
 /// Objects and cells that the cheapest proofs cannot hide from each cell, both rising.
 pub type Rough = Vec<(Vec<u32>, Vec<u32>)>;
 
@@ -21,7 +24,7 @@ pub fn rough(views: &Views<'_>, progress: &dyn Progress) -> Result<Rough, Cancel
         if progress.cancelled() {
             return Err(Cancelled);
         }
-        let found = views.atlas.not_hidden(cell);
+        let found = views.atlas.not_hidden(cell, METHOD.proofs());
         progress.advance(1);
         Ok(found)
     };
@@ -54,7 +57,7 @@ pub fn preview(views: &Views<'_>, rough: &Rough) -> Visibility {
     Visibility {
         mean_not_hidden: total as f64 / cells.len().max(1) as f64,
         cells,
-        method: Method::Conservative,
+        method: METHOD,
         guarantee: Guarantee::Conservative,
         mean_seen: 0.0,
         reason: "a first look; smaller sets follow".to_owned(),

@@ -15,6 +15,9 @@
 //! be cut freely. Guarantee: conservative; walls down to [`Tolerance::hole_m`]. Cost: a ray and a few box tests where a
 //! proof is short, at most [`MAX_STEPS`] wall tests where there is none.
 //!
+//! Eyes may be anywhere: single bodies and walls are asked in double precision. From far outside of the scene openings are not
+//! looked through, and from very far nothing is proved ([`Blocker::is_near`], [`Blocker::may_separate`]).
+//!
 //! [`Body::separates`]: crate::occluders::Body::separates
 //! [`Tolerance::hole_m`]: crate::occluders::Tolerance::hole_m
 
@@ -75,6 +78,8 @@ pub struct Prover<'a> {
     within: Vec<u32>,
     /// Bodies and walls that worked lately, by the direction of the target, the last one first.
     recent: Vec<[Vec<u32>; 2]>,
+    /// The object that the question is about, if it is about all of one.
+    whole: Option<u32>,
     steps_left: u32,
     /// Tests of a wall for all questions about openings.
     budget: u32,
@@ -95,6 +100,7 @@ impl<'a> Prover<'a> {
             eye: Region::default(),
             within: Vec::new(),
             recent: vec![Default::default(); SECTORS],
+            whole: None,
             steps_left: 0,
             budget: u32::MAX,
             leak: Vec::new(),
@@ -159,9 +165,10 @@ impl<'a> Prover<'a> {
         self.within.binary_search(&self.blocker.solids.of_body(body)).is_err()
     }
 
-    /// Whether one body lies between two regions for all eyes.
-    fn separates(&self, body: u32, from: &Region, to: &Region) -> bool {
-        self.hides_at_all(body) && self.blocker.body(body).separates(from, to, true)
+    /// Whether one body lies between two regions for all eyes, and is none of what all of is asked about.
+    fn separates(&self, index: u32, from: &Region, to: &Region) -> bool {
+        let body = self.blocker.body(index);
+        self.whole != Some(body.object) && self.hides_at_all(index) && body.separates(from, to, true)
     }
 
     /// A proof that no point of the target can be seen from any point of the eye region, if one is found.
@@ -172,7 +179,7 @@ impl<'a> Prover<'a> {
 
     /// Such a proof with what worked lately, one body or one wall: the cheapest, for groups of targets.
     pub fn hides_lately(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
-        if eye.overlaps(target) {
+        if !self.blocker.may_separate(eye, target) {
             return None;
         }
         self.stand_in(eye);
@@ -192,7 +199,7 @@ impl<'a> Prover<'a> {
         if let Some(witness) = self.hides_lately(eye, target) {
             return Some(witness);
         }
-        if eye.overlaps(target) {
+        if !self.blocker.may_separate(eye, target) {
             return None;
         }
         let found = self.first_body(eye, target).map(|body| (BODIES, body));
@@ -207,11 +214,20 @@ impl<'a> Prover<'a> {
         })
     }
 
+    /// The same about all of an object, which none of its own bodies can hide, whatever rounding says.
+    pub fn hides_whole_by_one(&mut self, eye: &Region, target: &Region, object: u32) -> Option<Witness> {
+        self.whole = Some(object);
+        let witness = self.hides_by_one(eye, target);
+        self.whole = None;
+        witness
+    }
+
     /// Such a proof with sequences of walls: the dearest.
     pub fn hides_by_openings(&mut self, eye: &Region, target: &Region) -> Option<Witness> {
         self.leak.clear();
         self.astride = None;
-        if !self.proofs.walls || self.budget == 0 || eye.overlaps(target) {
+        let may_ask = self.proofs.walls && self.budget > 0 && self.blocker.may_separate(eye, target);
+        if !may_ask || !self.blocker.is_near(eye) || !self.blocker.is_near(target) {
             return None;
         }
         self.stand_in(eye);

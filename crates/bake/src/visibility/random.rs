@@ -1,34 +1,28 @@
-//! Where do samples fall? A seeded generator (SplitMix64, Steele et al. 2014), one for each cell, so that results do
-//! not depend on threads.
+//! Where do samples fall? A seeded generator, one for each cell, so that results do not depend on threads.
 
 use glam::Vec3;
 
+use crate::random::SplitMix64;
+
 /// A stream of random numbers.
 #[derive(Debug, Clone)]
-pub(crate) struct Random(u64);
+pub(crate) struct Random(SplitMix64);
 
 impl Random {
     /// The stream with this number; different numbers give unrelated streams.
     pub(crate) fn stream(seed: u64, number: u64) -> Self {
-        let mut random = Self(seed ^ number.wrapping_mul(0xD6E8_FEB8_6659_FD93));
-        Self(random.next())
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        mixed ^ mixed >> 31
+        let mut first = SplitMix64::new(seed ^ number.wrapping_mul(0xD6E8_FEB8_6659_FD93));
+        Self(SplitMix64::new(first.next()))
     }
 
     /// From 0 up to and excluding 1.
     pub(crate) fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1u32 << 24) as f32
+        self.0.unit()
     }
 
     /// From 0 up to and excluding `count`, which is not 0.
     pub(crate) fn below(&mut self, count: usize) -> usize {
-        ((u128::from(self.next()) * count as u128) >> 64) as usize
+        ((u128::from(self.0.next()) * count as u128) >> 64) as usize
     }
 
     /// Each coordinate from 0 to 1.

@@ -8,7 +8,8 @@
 //! Stopping: uniform rays end when the share of them that would show something new, were it not for all that is done besides,
 //! is small for certain: the number of objects hit by just one of them, over their number, estimates it (Good & Turing;
 //! Good, *The population frequencies of species and the estimation of population parameters*, 1953), and is bounded at 95 %
-//! confidence.
+//! confidence after so many rays. That ends them the first time that it is low enough, so where the share is just above what is
+//! wanted, the bound is too low more often than that: `docs/VISIBILITY.md` says how often.
 //!
 //! Guarantee: whatever is noted was seen by a ray. Results depend on the random stream and on the objects that rays can
 //! meet.

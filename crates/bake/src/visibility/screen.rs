@@ -9,7 +9,8 @@
 //! Guarantee: conservative as walls are ([`Wall`]), but for strips of [`BORDER`] beside the ends of a leaf, of its doorway and of what
 //! sight lines cross, which are not looked at, and gaps of up to [`DOOR_GAP`] between a leaf and what stands beside it, which are
 //! closed. Cost: a proof where one wall or body does; else a few for each piece, at most [`MOST_PIECES`] for a leaf, and for all of
-//! them together at most [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden.
+//! them together at most [`MOST_TESTS`] tests of a wall in their planes. What is not proved by then is not hidden; nor is, from far
+//! outside of the scene, what it takes more than one wall or body to hide.
 
 use std::collections::BTreeSet;
 
@@ -139,7 +140,7 @@ impl<'a> Screening<'a> {
         } else {
             return false;
         };
-        if !leaf.hides(way) {
+        if !leaf.hides(way) || !self.blocker.is_near(eye) || !self.blocker.is_near(target) {
             return false;
         }
         self.pieces_left = MOST_PIECES;

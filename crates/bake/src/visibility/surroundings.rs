@@ -86,10 +86,10 @@ impl<'a> Atlas<'a> {
         }
     }
 
-    /// Objects and cells, itself among them, that a rough look from a cell cannot prove hidden, both rising.
-    pub(super) fn not_hidden(&self, cell: usize) -> (Vec<u32>, Vec<u32>) {
+    /// Objects and cells, itself among them, that a rough look from a cell cannot prove hidden with these kinds of proof, both rising.
+    pub(super) fn not_hidden(&self, cell: usize, proofs: ConservativeSettings) -> (Vec<u32>, Vec<u32>) {
         // One that knows nothing of other cells, so that they do not decide what is proved.
-        let mut observer = Observer::new(&self.all, ConservativeSettings::ROUGH);
+        let mut observer = Observer::new(&self.all, proofs.rough());
         let mut objects = from_parts(&mut observer, &self.eyes[cell]);
         let count = self.targets.len() as u32;
         let cells = objects.split_off(objects.partition_point(|number| *number < count));
@@ -103,9 +103,9 @@ impl<'a> Atlas<'a> {
         target.map_or(0.0, |target| target.solid_angle_sr(eye)).max(LEAST_SR)
     }
 
-    /// The surroundings of a cell.
-    pub(super) fn around(&self, cell: usize) -> Surroundings {
-        let (objects, cells) = self.not_hidden(cell);
+    /// The surroundings of a cell where only these kinds of proof count.
+    pub(super) fn around(&self, cell: usize, proofs: ConservativeSettings) -> Surroundings {
+        let (objects, cells) = self.not_hidden(cell, proofs);
         let mut digester = Digester::default();
         digester.add(self.cells[cell]).count(objects.len()).count(cells.len());
         for object in &objects {

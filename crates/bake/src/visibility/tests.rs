@@ -90,6 +90,39 @@ fn a_wall_hides_what_stands_behind_it() {
 }
 
 #[test]
+fn what_only_a_wall_hides_is_not_hidden_by_bodies() {
+    let mut builder = Builder::default();
+    let sheet = builder.quad(
+        "sheet",
+        [[0., -50., -50.], [0., 50., -50.], [0., 50., 50.], [0., -50., 50.]],
+    );
+    builder.paint(sheet, false, true);
+    let thing = builder.block("thing", [5.0, 0.0, -1.0], [6.0, 1.0, 1.0]);
+    let world = World::new(&builder.scene).unwrap();
+    let hiders = Hiders::of(&world, Vec::new());
+    let graph = CellGraph {
+        cells: vec![cells::ViewCell::of_box(belvedere_scene::Bounds {
+            min: [-6.0, 0.2, -1.0],
+            max: [-5.0, 1.5, 0.0],
+        })],
+        voxel_m: 0.25,
+        reason: String::new(),
+    };
+    let holds_thing = |method| {
+        let settings = VisibilitySettings {
+            method,
+            sampled: Some(quick()),
+        };
+        let found = compute(&Views::of(&world, &graph, &hiders), &settings, &Forgetful, &Silent).unwrap();
+        set_of(&found.cells[0]).contains(&thing)
+    };
+    assert_eq!(
+        [Method::Occluders, Method::Portals, Method::Conservative].map(holds_thing),
+        [true, false, false]
+    );
+}
+
+#[test]
 fn one_sees_through_a_row_of_doors() {
     check(
         "##################

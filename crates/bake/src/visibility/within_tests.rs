@@ -83,8 +83,9 @@ fn an_eye_a_hair_inside_a_wall_sees_nothing_that_its_cell_lacks() {
         let mut observer = Observer::new(&scenery, Method::Conservative.proofs());
         let mut random = Random::stream(12, 1);
         let mut passed = Vec::new();
-        for (front, out) in fronts {
-            for share in [1.6, 2.0, 4.0, 8.0, 16.0] {
+        for (number, (front, out)) in fronts.into_iter().enumerate() {
+            let shares = [1.6, 2.0, 4.0, 8.0, 16.0].into_iter().cycle();
+            for share in shares.skip(number % 5).step_by(2).take(2) {
                 // The corner of the cell that lies deepest in the wall.
                 let depth_m = share * AT_FACE * tolerance.plane_m;
                 let corner = front - depth_m * out;

@@ -12,8 +12,8 @@ pub const MAX_TRIANGLES: usize = 64 << 20;
 pub const MAX_PLACED_TRIANGLES: usize = u32::MAX as usize;
 /// The largest distance of a vertex from the middle of the scene. Beyond it `f32` could not tell walls apart.
 pub const MAX_REACH_M: f64 = 1e9;
-/// The least size of a scene that has any. Below it the distances that `f32` tells apart in it would be no numbers any more.
-pub const MIN_SIZE_M: f64 = 1e-30;
+/// The least size of a scene that has any. What is found small in one of them has faces whose areas `f32` can still square.
+pub const MIN_SIZE_M: f64 = 1e-4;
 
 /// Why a scene cannot be asked for visibility.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

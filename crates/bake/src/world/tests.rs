@@ -1,7 +1,10 @@
 use glam::{DMat4, DVec3};
 
 use super::*;
-use crate::{cells::plan::Builder, source::Topology};
+use crate::{
+    cells::plan::Builder,
+    source::{Primitive, Topology},
+};
 
 fn facing_z(z: f32) -> [[f32; 3]; 4] {
     [[-1., -1., z], [1., -1., z], [1., 1., z], [-1., 1., z]]
@@ -79,6 +82,29 @@ fn nothing_and_flat_nothing_are_worlds() {
 }
 
 #[test]
+fn one_point_is_not_too_wide() {
+    let mut builder = Builder::default();
+    builder.quad("point", [[0.0; 3]; 4]);
+    assert!(!World::new(&builder.scene).unwrap().is_too_wide());
+}
+
+#[test]
+fn lines_beside_triangles_are_known_of_an_object() {
+    let mut builder = Builder::default();
+    builder.quad("wall", facing_z(0.0));
+    let plain = World::new(&builder.scene).unwrap().digest_of(0);
+    let line = Primitive {
+        topology: Topology::Lines,
+        positions: facing_z(0.0)[..2].to_vec(),
+        indices: vec![0, 1],
+        ..Primitive::default()
+    };
+    builder.scene.models[0].primitives.push(line);
+    let lined = World::new(&builder.scene).unwrap().digest_of(0);
+    assert_ne!(plain, lined);
+}
+
+#[test]
 fn far_from_zero_millimetres_are_kept() {
     let mut builder = Builder::default();
     builder.quad("wall", facing_z(0.0));
@@ -99,14 +125,14 @@ fn what_is_too_small_to_be_cut_is_refused() {
         builder.scene.objects[0].world_from_object = DMat4::from_scale(DVec3::splat(metres));
         World::new(&builder.scene).err()
     };
-    for metres in [1e-44, 1e-40, 1e-36, 1e-33] {
+    for metres in [1e-44, 1e-22, 1e-14, 1e-5] {
         let refused = sized(metres).expect("too small").to_string();
         assert!(
-            refused.ends_with("at least 1e-30 m are needed: scale it up"),
+            refused.ends_with("at least 1e-4 m are needed: scale it up"),
             "{refused}"
         );
     }
-    assert_eq!((sized(1e-20), sized(0.0)), (None, None));
+    assert_eq!((sized(1e-3), sized(0.0)), (None, None));
 }
 
 #[test]

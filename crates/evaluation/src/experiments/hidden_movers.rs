@@ -9,7 +9,7 @@ mod house;
 
 use serde::{Deserialize, Serialize};
 
-use self::house::{ROOM_M, ROOMS, TICKS, TICKS_OF_A_VOLUME, simulate, simulate_aside};
+use self::house::{ROOM_M, ROOMS, TICKS, TICKS_OF_A_VOLUME, simulate, simulate_aside, simulate_walk};
 use crate::{
     host::Host,
     page::{
@@ -26,6 +26,8 @@ const HIDDEN: [u32; 5] = [0, 100, 1_000, 10_000, 100_000];
 const VISIBLE: u32 = 100;
 /// Ways of walkers from where nobody is hidden to where everybody is most of the time.
 const BEYOND_M: [f64; 6] = [-2.0, -1.0, -0.5, 0.0, 0.5, 1.0];
+/// Participants who look on in silence: ten in each row of rooms.
+const PEOPLE: u32 = 10 * ROOMS;
 /// Where volumes gain nothing, they may cost so much.
 const MOST_OVERHEAD: f64 = 1.05;
 /// “Almost constant”: with the most hidden movers, a tick costs at most so many times what it costs without any.
@@ -43,6 +45,22 @@ pub struct Measured {
     /// Where few or none are hidden, and volumes can gain little.
     #[serde(default)]
     pub mixes: Vec<Mix>,
+    /// Participants who state where they go and look on from there in silence.
+    #[serde(default)]
+    pub walks: Option<Walks>,
+}
+
+/// Participants who walk through rooms, where others see most of them.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Walks {
+    /// How many.
+    pub people: u32,
+    /// CPU of a tick with volumes, of one without, of those who look on in silence: the median of runs that took turns.
+    pub volumes: f64,
+    /// CPU of a tick when they look on in silence, of one when they speak each tick, with volumes.
+    pub silence: f64,
+    /// Poses that come in, of those when they speak each tick.
+    pub poses: f64,
 }
 
 /// Walkers about the border of what is seen.
@@ -80,24 +98,45 @@ pub struct Messages {
     pub told: u64,
 }
 
-/// CPU of a tick with volumes of one without, of walkers about the border of what is seen.
-fn mix(beyond_m: f64) -> Mix {
-    /// Which of the two runs first matters by a few percent, so they take turns.
-    const TURNS: usize = 9;
-    const TICKS_OF_A_TURN: u32 = 300;
-    let homes = [1; VISIBLE as usize];
-    let tick_us = |volumes| simulate_aside(&homes, 0.5 * ROOM_M + beyond_m, volumes, TICKS_OF_A_TURN).tick_us;
+/// Which of two runs comes first matters by a few percent, so they take turns.
+const TURNS: usize = 9;
+const TICKS_OF_A_TURN: u32 = 300;
+
+/// What the first takes of what the second does: the median of runs that take turns.
+fn ratio(first: impl Fn() -> f64, second: impl Fn() -> f64) -> f64 {
     let turn = |i: usize| {
-        let is_even = i.is_multiple_of(2);
-        let first = tick_us(is_even);
-        let second = tick_us(!is_even);
-        if is_even { first / second } else { second / first }
+        if i.is_multiple_of(2) {
+            let first = first();
+            first / second()
+        } else {
+            let second = second();
+            first() / second
+        }
     };
     let mut ratios: Vec<_> = (0..TURNS).map(turn).collect();
     ratios.sort_by(f64::total_cmp);
+    ratios[TURNS / 2]
+}
+
+/// CPU of a tick with volumes of one without, of walkers about the border of what is seen.
+fn mix(beyond_m: f64) -> Mix {
+    let homes = [1; VISIBLE as usize];
+    let tick_us = |volumes| simulate_aside(&homes, 0.5 * ROOM_M + beyond_m, volumes, TICKS_OF_A_TURN).tick_us;
     Mix {
         beyond_m,
-        ratio: ratios[TURNS / 2],
+        ratio: ratio(|| tick_us(true), || tick_us(false)),
+    }
+}
+
+/// The same of participants who look on from where they go.
+fn walks(people: u32) -> Walks {
+    let walk = |states, volumes| simulate_walk(people, states, volumes, TICKS_OF_A_TURN);
+    let [silent, speaking] = [true, false].map(|states| walk(states, true).poses_in);
+    Walks {
+        people,
+        volumes: ratio(|| walk(true, true).tick_us, || walk(true, false).tick_us),
+        silence: ratio(|| walk(true, true).tick_us, || walk(false, true).tick_us),
+        poses: silent / speaking,
     }
 }
 
@@ -134,6 +173,7 @@ pub fn run(host: &Host) -> anyhow::Result<Measured> {
             told: simulate(&homes, true, true, TICKS).told,
         },
         mixes: BEYOND_M.map(mix).into(),
+        walks: Some(walks(PEOPLE)),
     })
 }
 
@@ -198,6 +238,7 @@ pub fn section(measured: &Measured) -> Section {
         }]
         .into_iter()
         .chain(mixes(&measured.mixes))
+        .chain(measured.walks.as_ref().map(walks_table))
         .collect(),
         plots: vec![Plot {
             file: "fig5.svg".to_owned(),
@@ -218,7 +259,7 @@ pub fn section(measured: &Measured) -> Section {
             Goal::at_most("… of what it grows to when all are updated", 0.01, growth(0) / growth(1), |x| format!("{:.2} %", 100.0 * x)),
         ]
         .into_iter()
-        .chain(overhead(&measured.mixes))
+        .chain(overhead(measured))
         .collect(),
     }
 }
@@ -232,12 +273,52 @@ fn mixes(mixes: &[Mix]) -> Option<Table> {
     })
 }
 
-fn overhead(mixes: &[Mix]) -> Option<Goal> {
-    let worst = mixes.iter().map(|mix| mix.ratio).reduce(f64::max)?;
+fn walks_table(walks: &Walks) -> Table {
+    let head = [
+        "poses that come in, of those who speak each tick",
+        "CPU of a tick, of that when they speak each tick",
+        "with volumes, of one without",
+    ];
+    Table {
+        caption: format!(
+            "{} participants who walk through rooms in a row, state where they go, speak once a second, and look on from where they have come to",
+            walks.people
+        ),
+        head: head.map(str::to_owned).into(),
+        rows: vec![vec![
+            format!("{:.0} %", 100.0 * walks.poses),
+            format!("{:.2}×", walks.silence),
+            format!("{:.2}×", walks.volumes),
+        ]],
+    }
+}
+
+fn overhead(measured: &Measured) -> Option<Goal> {
+    let mixes = measured.mixes.iter().map(|mix| mix.ratio);
+    let worst = mixes
+        .chain(measured.walks.as_ref().map(|walks| walks.volumes))
+        .reduce(f64::max)?;
     Some(Goal::at_most(
         "a tick with volumes, of one without, in any mix",
         MOST_OVERHEAD,
         worst,
         |x| format!("{x:.2}×"),
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_states_where_it_goes_speaks_seldom_and_is_told_of_others_all_the_same() {
+        let [silent, speaking] = [true, false].map(|states| simulate_walk(PEOPLE, states, false, 30));
+        assert!(
+            silent.poses_in * 5.0 < speaking.poses_in,
+            "{} {}",
+            silent.poses_in,
+            speaking.poses_in
+        );
+        assert!(silent.told > 0);
+    }
 }

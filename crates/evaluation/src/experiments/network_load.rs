@@ -12,7 +12,7 @@ mod walk;
 
 use belvedere_bake::{
     lod::{self, LodSettings},
-    smooth::{encode, publish::precision, quantise::QuantisedMesh},
+    smooth::{publish::precision, quantise::QuantisedMesh},
 };
 use belvedere_scene::smooth::Decoder;
 use serde::{Deserialize, Serialize};
@@ -89,7 +89,8 @@ fn ladders(mesh: &Mesh, levels: usize) -> anyhow::Result<[Ladder; 2]> {
         .iter()
         .map(|level| carried_bytes(mesh, level) as f64)
         .collect();
-    let stream = encode(&QuantisedMesh::new(&mesh.model, precision(&mesh.model, 1.0)));
+    let precision = precision(&mesh.model, &mesh.materials, 1.0);
+    let stream = mesh.stream(&QuantisedMesh::new(&mesh.model, precision))?;
     let mut cuts = vec![stream.len() as f64];
     for level in &chain.levels[1..] {
         cuts.push(bytes_to(&stream, level.triangles)? as f64);

@@ -8,10 +8,7 @@ use std::collections::BTreeSet;
 
 use belvedere_bake::{
     lod::{self, LodSettings},
-    smooth::{
-        encode,
-        quantise::{Precision, QuantisedMesh},
-    },
+    smooth::quantise::{Precision, QuantisedMesh},
     source::Primitive,
 };
 use belvedere_scene::smooth::Decoder;
@@ -86,7 +83,7 @@ pub fn run(host: &Host) -> anyhow::Result<Measured> {
 
 fn measure(mesh: &Mesh, file: &str, shares: &[f64]) -> anyhow::Result<Model> {
     // Levels as published have normals, so smooth LODs of this picture have them, too.
-    let stream = encode(&QuantisedMesh::new(&mesh.model, Precision::default()));
+    let stream = mesh.stream(&QuantisedMesh::new(&mesh.model, Precision::default()))?;
     let mut decoder = Decoder::new(u64::MAX);
     let mut smooth = vec![[0, 0]];
     let mut pushed = 0;

@@ -6,7 +6,6 @@
 use belvedere_bake::{
     lod::{self, LodSettings},
     smooth::{
-        encode,
         quantise::{Precision, QuantisedMesh},
         thesis,
     },
@@ -94,7 +93,7 @@ fn measure(mesh: &Mesh) -> anyhow::Result<Model> {
         ..Precision::default()
     };
     let quantised = QuantisedMesh::new(&mesh.model, precision);
-    let stream = encode(&quantised);
+    let stream = mesh.stream(&quantised)?;
     let packed = thesis::encode(&quantised).ok_or_else(|| anyhow::anyhow!("{} has too many materials", mesh.name))?;
     let told = packets::decode(&packed)?;
     let (vertices, triangles) = (quantised.positions.len() as u64, quantised.triangles.len() as u64);

@@ -116,6 +116,10 @@ pub enum Input {
         session: SessionId,
         reason: Void,
     },
+    /// [`World::make_room`](crate::World::make_room).
+    Room {
+        session: SessionId,
+    },
     /// [`World::listens`](crate::World::listens).
     Listens {
         session: SessionId,

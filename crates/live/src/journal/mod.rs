@@ -74,9 +74,14 @@ impl Journal {
         Some(std::mem::take(written))
     }
 
-    /// [`World::unscreened`]; a question changes nothing.
-    pub fn unscreened(&mut self) -> Vec<crate::world::Unscreened> {
-        self.world.unscreened()
+    /// [`World::next_unscreened`]; a question changes nothing.
+    pub fn next_unscreened(&mut self) -> Option<crate::world::Unscreened> {
+        self.world.next_unscreened()
+    }
+
+    /// [`World::unknown_ahead`]; a question changes nothing.
+    pub fn unknown_ahead(&mut self) -> Vec<CellId> {
+        self.world.unknown_ahead()
     }
 
     /// [`World::teach`].
@@ -235,6 +240,13 @@ impl Journal {
     pub fn resync(&mut self, session: SessionId, reason: Void, now_ms: Ms) {
         let input = self.input(|| Input::Resync { session, reason });
         self.world.resync(session, reason, now_ms);
+        self.write(now_ms, input, Answer::Done);
+    }
+
+    /// [`World::make_room`].
+    pub fn make_room(&mut self, session: SessionId, now_ms: Ms) {
+        let input = self.input(|| Input::Room { session });
+        self.world.make_room(session);
         self.write(now_ms, input, Answer::Done);
     }
 

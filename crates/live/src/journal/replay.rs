@@ -146,6 +146,7 @@ impl Replay {
             Input::Door { object, bounds, open } => (&world.set_door(object, &bounds, open, now_ms)).into(),
             Input::Screen { cell, closed, hidden } => (&world.screen(cell, &closed, &hidden, now_ms)).into(),
             Input::Resync { session, reason } => (&world.resync(session, reason, now_ms)).into(),
+            Input::Room { session } => (&world.make_room(session)).into(),
             Input::Listens { session, listens } => (&world.listens(session, listens, now_ms)).into(),
             Input::Wakeable { session, wakeable } => (&world.wakeable(session, wakeable, now_ms)).into(),
             Input::Rebase { ground, sights } => {

@@ -9,7 +9,7 @@ use crate::{
     Ms,
     cells::Place,
     event::Hush,
-    motion::{Trajectory, shortened},
+    motion::{LONGEST_EXTRAPOLATION_MS, Trajectory, shortened},
 };
 
 /// A pose as it was sent.
@@ -27,7 +27,7 @@ pub struct Sent {
     pub acceleration: Option<[f64; 3]>,
 }
 
-/// Why an input is refused. Nothing has changed then.
+/// Why an input is refused. Nothing has changed then, but that a clock is known to have gone back.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// A number is not finite, or too large to be meant.
@@ -43,7 +43,10 @@ pub enum Refusal {
     )]
     OutOfWorld(Bounds),
     /// A pose that is older than the last one.
-    #[error("time runs backwards: the last pose was of t_ms = {last_ms}")]
+    #[error(
+        "time runs backwards: the last pose was of t_ms = {last_ms}; go on from there, or leave t_ms out. A clock that was set back \
+         counts again when it has gone on for half a second"
+    )]
     Backwards {
         /// The last time, in the sender's clock.
         last_ms: Ms,
@@ -185,12 +188,28 @@ impl Sent {
         self.velocity.map(|stated| shortened(stated, SLACK * max_speed_mps))
     }
 
-    /// The acceleration, as far as it keeps to what was promised, or to the most there is.
-    pub(super) fn acceleration_within(&self, most_mps2: Option<f64>) -> [f64; 3] {
-        shortened(
+    /// The acceleration, as far as it keeps to what was promised, or to the most there is, and as it leads from a velocity that keeps to
+    /// its promise to no higher speed while others extrapolate. Between begin and end of that no speed is higher than at both.
+    pub(super) fn acceleration_within(
+        &self,
+        most_mps2: Option<f64>,
+        velocity: [f64; 3],
+        max_speed_mps: f64,
+    ) -> [f64; 3] {
+        let stated = shortened(
             self.acceleration.unwrap_or_default(),
             most_mps2.unwrap_or(MOST_ACCELERATION_MPS2),
-        )
+        );
+        let gained = stated.map(|x| x * LONGEST_EXTRAPOLATION_MS as f64 * 1e-3);
+        let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| a[axis] * b[axis]).sum::<f64>();
+        let (along, square, most) = (dot(velocity, gained), dot(gained, gained), SLACK * max_speed_mps);
+        let left = most * most - dot(velocity, velocity);
+        // A velocity that was shortened may be a hair too high.
+        if square == 0.0 || 2.0 * along + square <= left {
+            return stated;
+        }
+        let share = ((along * along + square * left).max(0.0).sqrt() - along) / square;
+        stated.map(|x| x * share.clamp(0.0, 1.0))
     }
 }
 
@@ -291,5 +310,44 @@ mod tests {
         assert_eq!(refused(Sent { orientation, ..good }), "/orientation");
         let velocity = Some([f64::NAN; 3]);
         assert_eq!(refused(Sent { velocity, ..good }), "/velocity");
+    }
+
+    #[test]
+    fn a_stated_acceleration_leads_to_no_speed_beyond_the_promise() {
+        let within = |velocity: [f64; 3], acceleration: [f64; 3], max_speed_mps| {
+            let sent = Sent {
+                t_ms: None,
+                position: [0.0; 3],
+                orientation: [0.0, 0.0, 0.0, 1.0],
+                velocity: None,
+                acceleration: Some(acceleration),
+            };
+            sent.acceleration_within(None, velocity, max_speed_mps)
+        };
+        assert_eq!(within([1.0, 0.0, 0.0], [0.5, 0.0, 0.0], 2.0), [0.5, 0.0, 0.0]);
+        assert_eq!(within([0.0; 3], [0.0; 3], 0.0), [0.0; 3]);
+        assert_eq!(within([0.0; 3], [0.0, 0.0, 5_000.0], 0.0), [0.0; 3]);
+        for i in 0..1_000 {
+            let way = [1.0, 0.37 * f64::from(i), 1_000.0 - f64::from(i)];
+            let velocity = shortened(way, SLACK * 2.0);
+            assert_eq!(within(velocity, [0.0; 3], 2.0), [0.0; 3], "{velocity:?}");
+            let tiny = within(velocity, [1e-200, 0.0, 0.0], 2.0);
+            assert!(tiny.iter().all(|x| x.is_finite()), "{velocity:?}: {tiny:?}");
+        }
+        let cases = [
+            ([0.0; 3], [0.0, 0.0, 5_000.0]),
+            ([2.0, 0.0, 0.0], [-50.0, 1.0, 0.0]),
+            ([1.0, 1.0, 0.0], [3.0, -4.0, 5.0]),
+            ([2.1, 0.0, 0.0], [1e-3, 0.0, 0.0]),
+        ];
+        for (velocity, acceleration) in cases {
+            let kept = within(velocity, acceleration, 2.0);
+            let speed = |t_s: f64| {
+                let at: [f64; 3] = std::array::from_fn(|axis| velocity[axis] + t_s * kept[axis]);
+                crate::cells::distance_m(at, [0.0; 3])
+            };
+            let fastest = (0..=20).map(|i| speed(0.1 * f64::from(i))).fold(0.0, f64::max);
+            assert!((fastest - SLACK * 2.0).abs() < 1e-9, "{fastest} m/s by {kept:?}");
+        }
     }
 }

@@ -7,6 +7,9 @@
 //! Volumes of owners that can be woken are *probabilistic* (§2.2): they are as large as has proved useful and last for
 //! long, though the mover could leave them; an owner whose mover does says so, and the volume has ended. So who stays in a
 //! corner says nothing at all, and costs nothing. Volumes of all others end when their mover could leave them.
+//!
+//! Who is told of movers itself looks from where it spoke last. So its volume lies in the cells that it looks from: wherever it
+//! goes in there without a word, nothing is seen that it is not told of.
 
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
@@ -79,7 +82,7 @@ impl World {
         while reach_ms >= Validity::SHORTEST_MS {
             let (tbv, cells) = self.volume(mover, now_ms, now_ms + reach_ms);
             let small = cells.len() <= MOST_CELLS || reach_ms < 2 * Validity::SHORTEST_MS;
-            if small && !self.is_watched(&cells, mover.owner) {
+            if small && !self.is_watched(&cells, mover.owner) && self.looks_from_all_of(mover, object, &tbv) {
                 let lasts_ms = if is_heard {
                     reach_ms.max(self.rules.longest_tbv_ms)
                 } else {
@@ -96,6 +99,25 @@ impl World {
             }
             reach_ms /= 2;
         }
+    }
+
+    /// Whether a participant looks from all cells in which its avatar may be within a volume, if it is told of what it sees.
+    fn looks_from_all_of(&self, avatar: &Mover, object: ObjectId, tbv: &Tbv) -> bool {
+        let session = avatar.owner.and_then(|owner| self.sessions.get(&owner));
+        let looks = session.filter(|session| session.object == object && session.hears());
+        looks.is_none_or(|session| {
+            let inside = self.cells.under(&tbv.grown(0.0));
+            inside.iter().all(|cell| session.eye.cells.binary_search(cell).is_ok())
+        })
+    }
+
+    /// Whether a participant looks from elsewhere by now than when its avatar was given its volume, so that it would see from there what
+    /// it is not told of.
+    pub(super) fn strays(&self, object: ObjectId) -> bool {
+        self.movers.get(&object).is_some_and(|mover| match mover.state {
+            State::Hushed { tbv, .. } => !self.looks_from_all_of(mover, object, &tbv),
+            State::Awake | State::Asked { .. } => false,
+        })
     }
 
     /// Whether how a mover moves, as it says now, allows a volume that is at most half as large and serves as long.
@@ -133,14 +155,10 @@ impl World {
     /// Where a mover can be until then, and the cells that this touches.
     fn volume(&self, mover: &Mover, now_ms: Ms, until_ms: Ms) -> (Tbv, Vec<CellId>) {
         let tbv = self.ball(mover, now_ms, until_ms);
+        // Who leaves it, and whose volume ends, has gone on before that is noticed in a tick, as far as who is awake.
+        let margin_m = mover.radius_m + self.rules.tick_reach_m(mover);
         let Some(way) = &mover.way else {
-            // Who leaves it has gone on before that is heard here, as far as who is awake.
-            let late_m = if mover.is_heard_when_it_leaves(&self.sessions) {
-                self.rules.tick_reach_m(mover)
-            } else {
-                0.0
-            };
-            let ball = tbv.grown(mover.radius_m + late_m);
+            let ball = tbv.grown(margin_m);
             let cells = if self.is_fresh(mover, now_ms) {
                 self.cells.under(&ball)
             } else {
@@ -155,14 +173,14 @@ impl World {
             .iter()
             .flat_map(|passed| {
                 let grown = Bounds {
-                    min: passed.min.map(|x| x - mover.radius_m),
-                    max: passed.max.map(|x| x + mover.radius_m),
+                    min: passed.min.map(|x| x - margin_m),
+                    max: passed.max.map(|x| x + margin_m),
                 };
                 self.cells.meeting(&grown)
             })
             .collect();
         if cells.is_empty() {
-            cells = self.cells.under(&tbv.grown(mover.radius_m));
+            cells = self.cells.under(&tbv.grown(margin_m));
         }
         cells.sort_unstable();
         cells.dedup();
@@ -184,16 +202,24 @@ impl World {
             }
             State::Hushed { .. } => mover.validity.shorten(),
         }
-        let moves = mover.way.is_none() && mover.max_speed_mps > 0.0;
         let fresh = now_ms - mover.pose.t_ms <= 2 * self.rules.tick_ms;
-        let is_heard = moves && mover.is_heard_when_it_leaves(&self.sessions);
-        if let Some(owner) = mover.owner.filter(|_| moves) {
-            self.say(owner, Event::Wake { object });
-        }
+        let is_heard = mover.max_speed_mps > 0.0 && mover.is_heard_when_it_leaves(&self.sessions);
+        self.revoke(object);
         if fresh || !is_heard {
             self.rouse(object, now_ms);
         } else {
             self.enter(object, State::Asked { until_ms });
+        }
+    }
+
+    /// The owner of a mover hears that what was promised is void. Who was asked already knows, and who cannot move need not.
+    pub(super) fn revoke(&mut self, object: ObjectId) {
+        let Some(mover) = self.movers.get(&object) else {
+            return;
+        };
+        let promised = matches!(mover.state, State::Hushed { .. }) && mover.way.is_none() && mover.max_speed_mps > 0.0;
+        if let Some(owner) = mover.owner.filter(|_| promised) {
+            self.say(owner, Event::Wake { object });
         }
     }
 
@@ -210,12 +236,11 @@ impl World {
         let comes_back = session.listens;
         for object in driven {
             let mover = self.movers.get(&object);
-            let Some(mover) = mover.filter(|mover| !mover.is_awake() && mover.way.is_none()) else {
+            if mover.is_none_or(|mover| mover.is_awake() || mover.way.is_some()) {
                 continue;
-            };
-            let promised = matches!(mover.state, State::Hushed { .. }) && mover.max_speed_mps > 0.0;
-            if comes_back && promised {
-                self.say(id, Event::Wake { object });
+            }
+            if comes_back {
+                self.revoke(object);
             }
             self.rouse(object, now_ms);
             self.settle(object, now_ms);

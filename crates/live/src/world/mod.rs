@@ -10,14 +10,17 @@
 
 mod abroad;
 mod among;
+mod asked;
 mod check;
 mod clock;
 mod doors;
 mod hushing;
+mod looking;
 mod mover;
 mod movers;
 mod session;
 mod sessions;
+mod showing;
 mod sight;
 mod telling;
 mod tick;
@@ -38,11 +41,11 @@ pub use self::{
     doors::Unscreened,
     mover::Look,
     movers::NewMover,
-    session::REMEMBERED,
+    session::{REMEMBERED, ROOM},
     sessions::{Stand, Visitor},
     telling::POSE_BYTES,
 };
-use self::{abroad::Watched, doors::Door, mover::Mover, session::Session};
+use self::{abroad::Watched, asked::Asked, doors::Door, mover::Mover, session::Session};
 use crate::{
     Ms,
     cells::{Ball, Cells},
@@ -111,13 +114,18 @@ pub struct World {
     /// How many of the movers live on other nodes.
     abroad: usize,
     alarms: BTreeSet<(Ms, ObjectId)>,
-    /// The radius of the largest mover there ever was, with what it moves in a tick.
-    largest_m: f64,
+    reaches: sight::Reaches,
     /// Who is awake, seen from above, where people hide each other.
     crowd: Option<Crowd>,
     /// Sessions and movers whose relations may have changed since the last tick.
     stirred_sessions: BTreeSet<SessionId>,
     stirred_movers: BTreeSet<ObjectId>,
+    /// Sessions whose participants said that they go on, and that hear what they come to see.
+    under_way: BTreeSet<SessionId>,
+    /// Cells that these come to, and nobody has said what is seen from there yet.
+    unknown_ahead: BTreeSet<CellId>,
+    /// Sessions that see whom they do not know yet.
+    uninformed: BTreeSet<SessionId>,
     /// Sessions that are restless, each once.
     unsettled: Vec<SessionId>,
     /// Sessions with a crowd around.
@@ -128,7 +136,7 @@ pub struct World {
     gone: BTreeMap<(SessionId, Gone), Vec<ObjectId>>,
     doors: BTreeMap<ObjectId, Door>,
     /// Cells from which closed doors may hide something, and nobody has said what yet.
-    unscreened: BTreeSet<CellId>,
+    unscreened: Asked,
     events: Vec<(SessionId, Event)>,
 }
 
@@ -164,16 +172,19 @@ impl World {
             restless: BTreeSet::new(),
             abroad: 0,
             alarms: BTreeSet::new(),
-            largest_m: 0.0,
+            reaches: sight::Reaches::default(),
             crowd: rules.crowd.map(|_| Crowd::new(&reach)),
             stirred_sessions: BTreeSet::new(),
             stirred_movers: BTreeSet::new(),
+            under_way: BTreeSet::new(),
+            unknown_ahead: BTreeSet::new(),
+            uninformed: BTreeSet::new(),
             unsettled: Vec::new(),
             in_crowd: BTreeSet::new(),
             somebody_came: false,
             gone: BTreeMap::new(),
             doors: BTreeMap::new(),
-            unscreened: BTreeSet::new(),
+            unscreened: Asked::default(),
             events: Vec::new(),
         }
     }
@@ -231,6 +242,12 @@ impl World {
         mover.map_or_else(Vec::new, |mover| self.unknown_at(position, mover.max_speed_mps))
     }
 
+    /// Whether it is known what is seen from a cell.
+    #[must_use]
+    pub fn knows(&self, cell: CellId) -> bool {
+        self.cells.knows(cell)
+    }
+
     /// Takes note of what is seen from a cell.
     pub fn teach(&mut self, cell: CellId, sees: &[CellId]) {
         self.cells.learn(cell, sees);
@@ -243,7 +260,7 @@ impl World {
     }
 
     /// The scene was published anew. `cells` must know what is seen from all [`World::eyes`]. Doors are as published
-    /// again.
+    /// again, and nobody may rely on a volume among other cells.
     pub fn rebase(&mut self, cells: Cells, bounds: &Bounds, foliage: &Foliage, now_ms: Ms) {
         self.reach = check::around(&bounds.union(&cells.bounds()));
         self.crowd = self.rules.crowd.map(|_| Crowd::new(&self.reach));
@@ -255,9 +272,11 @@ impl World {
         self.cells = cells;
         self.doors.clear();
         self.unscreened.clear();
+        self.unknown_ahead.clear();
         self.alarms.clear();
         let movers: Vec<_> = self.movers.keys().copied().collect();
         for object in movers {
+            self.revoke(object);
             if let Some(mover) = self.movers.get_mut(&object) {
                 mover.cells.clear();
             }
@@ -269,7 +288,7 @@ impl World {
                 session.eye = sight::Eye::default();
                 session.doors.clear();
             }
-            self.look(id, now_ms);
+            self.look_from_pose(id, now_ms);
             if let Ok(place) = self.place_of(id) {
                 self.say(id, Event::Cell { cell: place.cell });
             }

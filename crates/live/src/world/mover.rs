@@ -79,6 +79,11 @@ impl Mover {
         self.pose.position_within(SLACK * self.max_speed_mps, now_ms)
     }
 
+    /// Whether it said that it goes on from its last pose, as far as that is believed.
+    pub(super) fn goes_on(&self) -> bool {
+        self.velocity_is_said && !self.pose.is_resting()
+    }
+
     /// The same with how it moves on.
     pub(super) fn pose_at(&self, now_ms: Ms) -> Pose {
         Pose {

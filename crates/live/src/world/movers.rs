@@ -84,7 +84,7 @@ impl World {
         }
         let mut pose = Pose::resting(now_ms, sent.position, sent.orientation);
         pose.velocity = sent.velocity_within(max_speed_mps).unwrap_or_default();
-        pose.acceleration = sent.acceleration_within(max_acceleration_mps2);
+        pose.acceleration = sent.acceleration_within(max_acceleration_mps2, pose.velocity, max_speed_mps);
         let heard = owner.is_some() || new.way.is_some();
         let longest_ms = if heard {
             self.rules.longest_tbv_ms
@@ -108,17 +108,13 @@ impl World {
             told: Weak::new(),
             validity: Validity::new(longest_ms),
         };
-        let reach_m = radius_m + self.rules.tick_reach_m(&mover);
+        let reach_m = self.rules.reach_m(&mover);
         if let Some(session) = owner.and_then(|owner| self.sessions.get_mut(&owner)) {
             session.driven.insert(object);
         }
         self.movers.insert(object, Box::new(mover));
         self.rouse(object, now_ms);
-        if reach_m > self.largest_m {
-            self.largest_m = reach_m;
-            let all: Vec<_> = self.sessions.keys().copied().collect();
-            all.into_iter().for_each(|session| self.look(session, now_ms));
-        }
+        self.look_further(reach_m, now_ms);
         Ok(())
     }
 
@@ -159,12 +155,13 @@ impl World {
             _ if t_ms - last.t_ms >= LONGEST_STEP_MS => [0.0; 3],
             _ => step.map(|x| x * per_s),
         };
+        let velocity = sent.velocity_within(mover.max_speed_mps).unwrap_or_else(estimate);
         mover.pose = Pose {
             t_ms,
             position: sent.position,
             orientation: sent.orientation,
-            velocity: sent.velocity_within(mover.max_speed_mps).unwrap_or_else(estimate),
-            acceleration: sent.acceleration_within(mover.max_acceleration_mps2),
+            velocity,
+            acceleration: sent.acceleration_within(mover.max_acceleration_mps2, velocity, mover.max_speed_mps),
         };
         mover.velocity_is_said = sent.velocity.is_some();
         match mover.state {
@@ -208,11 +205,7 @@ impl World {
             None => mover.rest(now_ms),
         }
         let (now, last) = self.rules.mover_balls(mover, now_ms);
-        let cells = if now == last {
-            self.cells.under(&now)
-        } else {
-            self.cells.under_any(&[now, last])
-        };
+        let cells = self.cells.under_either((now, last));
         if let Some(crowd) = &mut self.crowd {
             crowd.put(object, now.center, mover.radius_m);
         }
@@ -271,6 +264,7 @@ impl World {
         let Some(mover) = self.movers.remove(&object) else {
             return;
         };
+        self.reaches.remove(self.rules.reach_m(&mover));
         if let Some(at_ms) = mover.alarm_ms() {
             self.alarms.remove(&(at_ms, object));
         }
@@ -288,8 +282,10 @@ impl World {
         }
         for id in mover.shown_to {
             if let Some(session) = self.sessions.get_mut(&id) {
-                session.shown.remove(&object);
-                self.gone.entry((id, Gone::Destroyed)).or_default().push(object);
+                let shown = session.shown.remove(&object);
+                if shown.is_some_and(|shown| shown.known) {
+                    self.gone.entry((id, Gone::Destroyed)).or_default().push(object);
+                }
             }
         }
     }

@@ -16,6 +16,9 @@ use crate::{
 /// Infos of so many hidden movers a client is expected to keep: the last ones.
 pub const REMEMBERED: usize = 256;
 
+/// So many infos are told before it is known that the reader has taken what waits: far less than may wait for it, however large they are.
+pub const ROOM: usize = 64;
+
 #[derive(Debug)]
 pub(super) struct Session {
     /// The participant's own mover.
@@ -36,6 +39,8 @@ pub(super) struct Session {
     /// What it believes of doors that were ever moved.
     pub(super) doors: BTreeMap<ObjectId, bool>,
     pub(super) bytes: Bucket,
+    /// So many infos may be told until its reader has taken what waits.
+    pub(super) room: usize,
     /// What it sees of a crowd, where there is one.
     pub(super) among: Option<Box<Among>>,
     /// Something that it sees, or how it looks, may have changed since it was told of poses.
@@ -48,6 +53,8 @@ pub(super) struct Session {
 #[derive(Debug)]
 pub(super) struct Shown {
     pub(super) since_ms: Ms,
+    /// It has the info, or is told of it at once; else nothing is said of it until there is room.
+    pub(super) known: bool,
     /// The last pose that it was sent; none when it must be sent one at once.
     pub(super) sent: Option<Pose>,
     pub(super) sent_at_ms: Ms,
@@ -72,6 +79,7 @@ impl Session {
             remembered: VecDeque::new(),
             doors: BTreeMap::new(),
             bytes,
+            room: ROOM,
             among: None,
             restless: false,
             told_from: None,
@@ -105,7 +113,9 @@ impl Session {
         at.is_some_and(|at| self.remembered.remove(at).is_some())
     }
 
+    /// Nothing that was told counts any more, and nothing waits for its reader.
     pub(super) fn forget(&mut self) {
+        self.room = ROOM;
         self.remembered.clear();
         self.doors.clear();
     }

@@ -1,19 +1,14 @@
 //! How do participants come, look around and go?
 
-use std::collections::BTreeMap;
-
 use belvedere_scene::ObjectId;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Look, NewMover, Refusal, Seen, Sent, World, check,
-    session::{Session, Shown},
-};
+use super::{Look, NewMover, Refusal, Seen, Sent, World, check, session::Session};
 use crate::{
     Ms,
     aoi::Aoi,
     cells::Place,
-    event::{Event, Gone, SessionId, Void},
+    event::{Event, SessionId, Void},
     pace::Bucket,
     tbv::Validity,
 };
@@ -99,7 +94,7 @@ impl World {
         let bytes = Bucket::full(second, second, now_ms);
         let session = Session::new(object, aoi, (new.hears_movers, new.listens), bytes);
         self.sessions.insert(id, Box::new(session));
-        self.look(id, now_ms);
+        self.look_from_pose(id, now_ms);
         self.seen(id, false, now_ms)
     }
 
@@ -111,7 +106,11 @@ impl World {
         let object = self.sessions.get(&id).ok_or(Refusal::NoSession)?.object;
         let before = self.place_of(id);
         let teleported = self.shift(object, sent, now_ms)?;
-        self.look(id, now_ms);
+        self.look_from_pose(id, now_ms);
+        if self.strays(object) {
+            // What it may rely on instead is in the answer.
+            self.rouse(object, now_ms);
+        }
         let seen = self.seen(id, teleported, now_ms)?;
         if before.is_ok_and(|before| before.cell != seen.place.cell) {
             let cell = seen.place.cell;
@@ -174,6 +173,8 @@ impl World {
             }
         }
         self.stirred_sessions.remove(&id);
+        self.under_way.remove(&id);
+        self.uninformed.remove(&id);
         self.in_crowd.remove(&id);
         self.gone.retain(|(session, _), _| *session != id);
         self.destroy(session.object);
@@ -198,6 +199,9 @@ impl World {
         session.listens = listens;
         session.wakeable = listens;
         session.forget();
+        // What is seen from there may have changed: of those who hear nothing that is not followed.
+        session.eye.cells.clear();
+        self.uninformed.remove(&id);
         for object in std::mem::take(&mut session.shown).into_keys() {
             if let Some(mover) = self.movers.get_mut(&object) {
                 mover.shown_to.remove(&id);
@@ -205,7 +209,9 @@ impl World {
         }
         self.gone.retain(|(session, _), _| *session != id);
         self.look(id, now_ms);
-        if !listens {
+        if listens {
+            self.end_straying(id, now_ms);
+        } else {
             self.end_promises(id, now_ms);
         }
     }
@@ -230,53 +236,13 @@ impl World {
         };
         session.forget();
         self.gone.retain(|(session, _), _| *session != id);
-        let mut infos = Vec::with_capacity(session.shown.len());
-        for (object, shown) in &mut session.shown {
-            let Some(mover) = self.movers.get_mut(object) else {
-                continue;
-            };
-            shown.sent = Some(mover.pose);
-            shown.sent_at_ms = now_ms;
-            shown.rests = false;
-            infos.push(Event::ObjectInfo(Box::new(mover.told(*object, shown.attention))));
+        for shown in session.shown.values_mut() {
+            shown.known = false;
+            shown.sent = None;
         }
+        self.uninformed.insert(id);
         self.say(id, Event::Resync { reason });
-        infos.into_iter().for_each(|info| self.say(id, info));
-        self.tell_doors(id);
-    }
-
-    /// Looks from where the participant is now: registers what it watches and rouses what it may see.
-    pub(super) fn look(&mut self, id: SessionId, now_ms: Ms) {
-        let Some(session) = self.sessions.get_mut(&id) else {
-            return;
-        };
-        let avatar = &self.movers[&session.object];
-        let ball = self.rules.eye_ball(avatar.pose.position, avatar.max_speed_mps);
-        let mut eye = session
-            .eye
-            .look(&self.cells, &ball, session.aoi.leave_m, self.largest_m);
-        if !session.hears() {
-            eye.watched.clear();
-        }
-        let before = std::mem::replace(&mut session.eye, eye).watched;
-        let now = session.eye.watched.clone();
-        self.stirred_sessions.insert(id);
-        self.ask_ahead(id);
-        if before == now {
-            return;
-        }
-        for cell in before.iter().filter(|cell| now.binary_search(cell).is_err()) {
-            self.unwatch(*cell, id);
-        }
-        for cell in now.iter().filter(|cell| before.binary_search(cell).is_err()) {
-            self.watch(*cell, id);
-            let here: Vec<_> = self.movers_in[cell.index()].iter().copied().collect();
-            for object in here {
-                if self.movers[&object].owner != Some(id) {
-                    self.expose(object, now_ms);
-                }
-            }
-        }
+        self.inform(id, now_ms);
         self.tell_doors(id);
     }
 
@@ -290,51 +256,5 @@ impl World {
             teleported,
         };
         Ok(Seen { place, moved })
-    }
-
-    /// From now on a session is told of a mover.
-    pub(super) fn show(&mut self, id: SessionId, object: ObjectId, now_ms: Ms) {
-        let away_m = self.away_m(id, object, now_ms);
-        let attention = self.attention(id, &self.movers[&object], away_m, now_ms);
-        let (Some(session), Some(mover)) = (self.sessions.get_mut(&id), self.movers.get_mut(&object)) else {
-            return;
-        };
-        let known = session.recall(object);
-        let shown = Shown {
-            since_ms: now_ms,
-            sent: (!known).then_some(mover.pose),
-            sent_at_ms: now_ms,
-            attention,
-            priority: 0.0,
-            rests: false,
-        };
-        session.shown.insert(object, shown);
-        mover.shown_to.insert(id);
-        if !known {
-            let told = Box::new(mover.told(object, attention));
-            self.events.push((id, Event::ObjectInfo(told)));
-        }
-    }
-
-    /// From now on it is not.
-    pub(super) fn hide(&mut self, id: SessionId, object: ObjectId, reason: Gone) {
-        if let Some(mover) = self.movers.get_mut(&object) {
-            mover.shown_to.remove(&id);
-        }
-        if let Some(session) = self.sessions.get_mut(&id) {
-            session.shown.remove(&object);
-            if reason == Gone::Hidden {
-                session.remember(object);
-            }
-            self.gone.entry((id, reason)).or_default().push(object);
-        }
-    }
-
-    /// Tells what has gone.
-    pub(super) fn tell_gone(&mut self) {
-        let gone: BTreeMap<_, _> = std::mem::take(&mut self.gone);
-        for ((session, reason), objects) in gone {
-            self.say(session, Event::ObjectGone { objects, reason });
-        }
     }
 }

@@ -1,7 +1,8 @@
 //! Who may see what? Decided here and nowhere else.
 //!
 //! A participant sees into the cells that can be seen from its own cell, and from those that it may have reached before
-//! the next event arrives: within its speed times a round trip. A mover is in the cells that its ball touches, widened
+//! the next event arrives: within its speed times a round trip, from where it was heard of last and from where it said that it goes,
+//! which is looked at each tick ([`World::look_on`]). A mover is in the cells that its ball touches, widened
 //! by what it moves in a tick, where its pose leads and where it was when it was heard of last. The mover is told of when one
 //! of its cells is seen into and it is inside the area of interest. What closed doors hide is left out ([`doors`](super::doors)).
 //! Seen cells that the area reaches are *watched*; a mover in no watched cell concerns nobody.
@@ -9,7 +10,10 @@
 //! Conservative as far as the scene's sets are: a mover that is not told of is seen neither where its pose leads nor where it was
 //! heard of last, but for a round trip in which an owner is woken.
 
-use std::{collections::BTreeSet, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet, btree_map::Entry},
+    sync::Arc,
+};
 
 use belvedere_scene::CellId;
 
@@ -24,7 +28,7 @@ use crate::{
 /// From where a participant looks, and what of it sees.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Eye {
-    /// Where the participant was when it looked, which it does with each pose.
+    /// Where the participant was taken to be when it looked: it does with each pose, and on its way.
     pub(super) position: [f64; 3],
     /// Cells that the participant may be in, rising.
     pub(super) cells: Vec<CellId>,
@@ -32,6 +36,34 @@ pub(super) struct Eye {
     pub(super) sees: Arc<[CellId]>,
     /// Those of them that the area of interest reaches, rising.
     pub(super) watched: Vec<CellId>,
+}
+
+/// How far around their middles movers may be seen, with what they move in a tick.
+#[derive(Debug, Default)]
+pub(super) struct Reaches {
+    /// How many reach so far, by the bits of the length, which rise with it.
+    of: BTreeMap<u64, usize>,
+    /// By so much participants look further than their areas of interest: as far as anybody reaches, or did a moment ago.
+    looked_m: f64,
+    looked_at_ms: Ms,
+}
+
+/// Once in so long participants look less far where those who reached furthest have gone.
+const LESS_FAR_MS: Ms = 1_000;
+
+impl Reaches {
+    pub(super) fn looked_m(&self) -> f64 {
+        self.looked_m
+    }
+
+    pub(super) fn remove(&mut self, reach_m: f64) {
+        if let Entry::Occupied(mut many) = self.of.entry(reach_m.to_bits()) {
+            *many.get_mut() -= 1;
+            if *many.get() == 0 {
+                many.remove();
+            }
+        }
+    }
 }
 
 /// How a session stands to a mover.
@@ -52,14 +84,25 @@ impl Rules {
         }
     }
 
+    /// The same of one that is taken to be somewhere, and of where it was heard of last: it may have stopped before a wall.
+    pub(super) fn eye_balls(&self, avatar: &Mover, position: [f64; 3]) -> (Ball, Ball) {
+        let around = |center| self.eye_ball(center, avatar.max_speed_mps);
+        (around(position), around(avatar.pose.position))
+    }
+
     /// Everything that a mover may touch until the next tick, where it is taken to be by now and where it was heard of last:
     /// whoever extrapolates knows of no walls, and it may have stopped before one.
     pub(super) fn mover_balls(&self, mover: &Mover, now_ms: Ms) -> (Ball, Ball) {
         let around = |center| Ball {
             center,
-            radius_m: mover.radius_m + self.tick_reach_m(mover),
+            radius_m: self.reach_m(mover),
         };
         (around(mover.position_at(now_ms)), around(mover.pose.position))
+    }
+
+    /// How far from its middle a mover may touch something until the next tick.
+    pub(super) fn reach_m(&self, mover: &Mover) -> f64 {
+        mover.radius_m + self.tick_reach_m(mover)
     }
 
     /// How far a mover comes in a tick.
@@ -69,10 +112,10 @@ impl Rules {
 }
 
 impl Eye {
-    /// Looks from a new place. `beyond_m` is the radius of the largest mover: one whose middle is inside the area may be
-    /// seen in a cell that is this much further away.
-    pub(super) fn look(&self, cells: &Cells, ball: &Ball, leave_m: f64, beyond_m: f64) -> Self {
-        let under = cells.under(ball);
+    /// Looks from the middle of the first of two balls, and from the cells under both. `beyond_m` is how far the largest mover reaches:
+    /// one whose middle is inside the area may be seen in a cell that is this much further away.
+    pub(super) fn look(&self, cells: &Cells, balls: (Ball, Ball), leave_m: f64, beyond_m: f64) -> Self {
+        let (under, position) = (cells.under_either(balls), balls.0.center);
         let sees = if under == self.cells {
             self.sees.clone()
         } else {
@@ -80,11 +123,11 @@ impl Eye {
         };
         let reaches = |cell: &CellId| {
             let shape = cells.cell(*cell);
-            shape.is_some_and(|shape| shape.bounds.distance_m(ball.center) <= leave_m + beyond_m)
+            shape.is_some_and(|shape| shape.bounds.distance_m(position) <= leave_m + beyond_m)
         };
         Self {
             watched: sees.iter().copied().filter(reaches).collect(),
-            position: ball.center,
+            position,
             cells: under,
             sees,
         }
@@ -134,6 +177,33 @@ impl World {
         let (rules, crowd) = (&self.rules, self.crowd.as_ref());
         let judge = Judge { rules, crowd, now_ms };
         judge.sight(session, mover, mover.position_at(now_ms), since_ms)
+    }
+
+    /// A mover has come that reaches so far: all who look must look as far.
+    pub(super) fn look_further(&mut self, reach_m: f64, now_ms: Ms) {
+        *self.reaches.of.entry(reach_m.to_bits()).or_default() += 1;
+        if reach_m > self.reaches.looked_m {
+            self.look_beyond(reach_m, now_ms);
+        }
+    }
+
+    /// Where those who reached furthest have gone, nobody looks for them any more; not at once, since more of them may come.
+    pub(super) fn look_less_far(&mut self, now_ms: Ms) {
+        let furthest_m = self
+            .reaches
+            .of
+            .last_key_value()
+            .map_or(0.0, |(bits, _)| f64::from_bits(*bits));
+        if furthest_m < self.reaches.looked_m && now_ms - self.reaches.looked_at_ms >= LESS_FAR_MS {
+            self.look_beyond(furthest_m, now_ms);
+        }
+    }
+
+    fn look_beyond(&mut self, reach_m: f64, now_ms: Ms) {
+        self.reaches.looked_m = reach_m;
+        self.reaches.looked_at_ms = now_ms;
+        let all: Vec<_> = self.sessions.keys().copied().collect();
+        all.into_iter().for_each(|session| self.look(session, now_ms));
     }
 
     /// Whether any session but its owner's watches one of these cells, on this node or on another.

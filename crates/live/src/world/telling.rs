@@ -74,7 +74,7 @@ impl Teller<'_> {
         self.due.clear();
         let mut rates = Vec::new();
         for (object, shown) in &mut session.shown {
-            if stays && shown.rests {
+            if !shown.known || stays && shown.rests {
                 continue;
             }
             let mover = self.movers.get(*object);
@@ -83,9 +83,8 @@ impl Teller<'_> {
             let seen = among::visibility(session.among.as_deref(), self.crowd, position);
             // It changes only when the mover is well beyond the border.
             let [nearer, further] = [0.9, 1.1].map(|x| among::attention(mover, x * away_m, seen, self.tick_ms));
-            // Of whom its reader does not know yet that it is there, nothing else is said before.
-            let known = shown.sent.is_some();
-            if known && nearer.is_like(&further) && !nearer.is_like(&shown.attention) {
+            // Of whom its reader does not know yet that it is there again, nothing else is said before.
+            if shown.sent.is_some() && nearer.is_like(&further) && !nearer.is_like(&shown.attention) {
                 shown.attention = nearer;
                 rates.push(Period {
                     object: *object,

@@ -1,4 +1,4 @@
-//! What happens in a tick? Volumes expire, what is awake moves on, relations that may have changed are judged anew, and
+//! What happens in a tick? Volumes expire, what is awake moves on, so do those who look, relations that may have changed are judged anew, and
 //! sessions are told what they cannot deduce.
 
 use belvedere_scene::ObjectId;
@@ -18,9 +18,13 @@ impl World {
     pub fn tick(&mut self, now_ms: Ms) {
         self.tell_gone();
         self.expire(now_ms);
+        // Before: who is only seen from where somebody has come to stays awake.
+        self.look_on(now_ms);
+        self.look_less_far(now_ms);
         self.advance(now_ms);
         self.look_around(now_ms);
         self.judge(now_ms);
+        self.tell_infos(now_ms);
         self.tell_gone();
         self.tell_poses(now_ms);
     }

@@ -72,7 +72,10 @@ pub(crate) struct Stage {
     sees: Vec<Vec<CellId>>,
     /// Borders between two cells that are shut.
     shut: BTreeSet<u32>,
+    ground: Ground,
     next: u32,
+    /// Whether readers take what they are told.
+    pub(crate) reads: bool,
     avatars: BTreeMap<SessionId, ObjectId>,
     pub(crate) beliefs: BTreeMap<SessionId, Belief>,
     log: Vec<(SessionId, Event)>,
@@ -117,7 +120,9 @@ impl Stage {
             now_ms,
             sees: sees.collect(),
             shut: BTreeSet::new(),
+            ground,
             next: 0,
+            reads: true,
             avatars: BTreeMap::new(),
             beliefs: BTreeMap::new(),
             log: Vec::new(),
@@ -225,9 +230,26 @@ impl Stage {
         })
     }
 
+    /// A mover of which a session says where it is.
+    pub(crate) fn own(&mut self, owner: SessionId, x: f64) -> (ObjectId, Option<Hush>) {
+        let new = NewMover {
+            pose: self.sent(x),
+            max_speed_mps: SPEED_MPS,
+            max_acceleration_mps2: None,
+            radius_m: RADIUS_M,
+            look: Look::default(),
+            way: None,
+        };
+        self.add_for(Some(owner), new)
+    }
+
     fn add(&mut self, new: NewMover) -> (ObjectId, Option<Hush>) {
+        self.add_for(None, new)
+    }
+
+    fn add_for(&mut self, owner: Option<SessionId>, new: NewMover) -> (ObjectId, Option<Hush>) {
         let object = self.object();
-        let moved = self.world.create(object, None, new, self.now_ms).unwrap();
+        let moved = self.world.create(object, owner, new, self.now_ms).unwrap();
         self.listen();
         (object, moved.hush)
     }
@@ -275,15 +297,17 @@ impl Stage {
 
     /// A door that fills the border before a cell.
     pub(crate) fn gate(&mut self, border: u32, open: bool) {
+        self.gate_unanswered(border, open);
+        self.listen();
+    }
+
+    /// The same before it is known what gates hide now.
+    pub(crate) fn gate_unanswered(&mut self, border: u32, open: bool) {
         let at = Bounds::around([[f64::from(border), 0.5, 0.5]]);
-        if open {
-            self.shut.remove(&border);
-        } else {
-            self.shut.insert(border);
-        }
+        self.know_gate(border, open);
         let door = ObjectId(1_000 + border);
         self.world.set_door(door, &at, open, self.now_ms);
-        self.listen();
+        self.listen_unanswered();
     }
 
     /// A gate that was moved somewhere else.
@@ -301,7 +325,7 @@ impl Stage {
 
     /// Says what gates hide, as geometry would.
     fn screen(&mut self) {
-        for asked in self.world.unscreened() {
+        while let Some(asked) = self.world.next_unscreened() {
             let borders: Vec<_> = asked
                 .closed
                 .iter()
@@ -344,7 +368,22 @@ impl Stage {
     }
 
     pub(crate) fn tick_now(&mut self) {
+        for cell in self.world.unknown_ahead() {
+            self.world.teach(cell, &self.sees[cell.index()], self.now_ms);
+        }
+        let waiting: Vec<_> = self.world.wants_room().filter(|_| self.reads).collect();
+        for session in waiting {
+            self.world.make_room(session, self.now_ms);
+        }
         self.world.tick(self.now_ms);
+        self.listen();
+    }
+
+    /// The scene is published anew, as it is.
+    pub(crate) fn publish(&mut self) {
+        let sights = self.sees.iter().enumerate();
+        let sights: Vec<_> = sights.map(|(cell, sees)| (CellId(cell as u32), sees.clone())).collect();
+        self.world.rebase(&self.ground, &sights, self.now_ms);
         self.listen();
     }
 
@@ -359,6 +398,11 @@ impl Stage {
         let seen = self.world.pose(session, self.sent(x), self.now_ms).unwrap();
         self.listen();
         seen.moved.hush
+    }
+
+    /// A pose where it is, with the velocity along x at which its participant says that it goes on.
+    pub(crate) fn go(&mut self, session: SessionId, mps: f64) {
+        self.state(session, [mps, 0.0, 0.0], [0.0; 3]);
     }
 
     /// A pose where it is, with a velocity and an acceleration that its participant states.

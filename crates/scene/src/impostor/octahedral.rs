@@ -2,7 +2,7 @@
 //! al., *On floating-point normal vectors*, 2010), and views stand at the points of a grid on the square. So the nearest
 //! are found by rounding, and three of them surround every direction.
 //!
-//! Directions lead from the model to the eye, in the model's space, +Y up. `viewer/core/impostors.ts` does the same; both are
+//! Directions lead from the model to the eye, in the model's space, +Y up. `viewer/core/documents/impostors.ts` does the same; both are
 //! held against `tests/golden/impostors.json`.
 
 use serde::{Deserialize, Serialize};

@@ -34,7 +34,8 @@ pub(super) fn sin_cos_of_each<const N: usize>(degrees: &[f64; N]) -> ([f64; N], 
         let turned = degrees[i] - 360.0 * floor(degrees[i] / 360.0);
         let quarter = floor(turned / 90.0 + 0.5);
         x[i] = (turned - 90.0 * quarter) * RADIANS;
-        quarters[i] = quarter as i32;
+        // Of angles beyond 2⁵³, which have no turns left, the remainder is not small.
+        quarters[i] = (quarter - 4.0 * floor(0.25 * quarter)) as i32;
     }
     // Taylor's series within an eighth of a turn; the first term left out is below 2⁻⁵³.
     for k in [8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0] {
@@ -48,7 +49,7 @@ pub(super) fn sin_cos_of_each<const N: usize>(degrees: &[f64; N]) -> ([f64; N], 
         let (s, c) = (x[i] * sin[i], cos[i]);
         let (s, c) = if quarters[i] & 1 == 1 { (c, s) } else { (s, c) };
         sin[i] = if quarters[i] & 2 == 2 { -s } else { s };
-        cos[i] = if quarters[i].wrapping_add(1) & 2 == 2 { -c } else { c };
+        cos[i] = if (quarters[i] + 1) & 2 == 2 { -c } else { c };
     }
     (sin, cos)
 }

@@ -4,8 +4,8 @@ use std::fmt;
 
 use super::problem::Problem;
 
-/// Longest part of a line that an error repeats, characters.
-const MOST_SHOWN: usize = 120;
+/// Longest part of a line, or of a word, that an error repeats, characters.
+pub(super) const MOST_SHOWN: usize = 120;
 
 /// Most callers that an error names.
 const MOST_CALLERS: usize = 3;

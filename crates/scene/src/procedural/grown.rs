@@ -28,6 +28,8 @@ pub struct Part {
     pub impostor: Option<Wish>,
     /// How it can be made alone, when it can.
     pub recipe: Option<Recipe>,
+    /// Whether it has taken on the paint that it is called in.
+    pub takes_paint: bool,
     /// Its own triangles, one mesh for each material.
     pub meshes: Vec<Mesh>,
     /// Parts that it places.
@@ -104,6 +106,7 @@ impl Part {
             is_called,
             impostor: None,
             recipe: None,
+            takes_paint: false,
             meshes: Vec::new(),
             placements: Vec::new(),
             models: Vec::new(),

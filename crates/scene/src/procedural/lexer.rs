@@ -2,7 +2,7 @@
 
 use super::limits::{MAX_NAME, reached};
 use super::problem::Problem;
-use super::wording::shown;
+use super::wording::{cut, shown};
 
 /// A word and where it begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +30,7 @@ impl std::fmt::Display for Kind<'_> {
         match self {
             Self::Name(name) => write!(f, "`{name}`"),
             Self::Number(number) => write!(f, "the number {}", shown(*number)),
-            Self::Text(text) => write!(f, "\"{text}\""),
+            Self::Text(text) => write!(f, "\"{}\"", cut(text)),
             Self::Colour(_) => write!(f, "a colour"),
             Self::Symbol(symbol) => write!(f, "`{symbol}`"),
             Self::End => write!(f, "the end of the file"),

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::error::DcgError;
+use super::evaluator::Kept;
 use super::limits::{MAX_ALL_TEXT_BYTES, MAX_MODULES, reached};
 use super::operation::BuiltIn;
 use super::parser::parse;
@@ -34,6 +35,8 @@ impl Loader for NoImports {
 #[derive(Debug, Clone)]
 pub struct Program {
     pub(super) modules: Vec<Module>,
+    /// Of what models have grown before.
+    pub(super) kept: Kept,
 }
 
 impl Program {
@@ -74,7 +77,10 @@ impl Program {
             }
             next += 1;
         }
-        let program = Self { modules };
+        let program = Self {
+            modules,
+            kept: Kept::default(),
+        };
         program.refuse_cycles()?;
         program.linked()
     }

@@ -42,6 +42,7 @@ pub use evaluator::{Boxes, PHASE, Settings, bounds, grow, grow_with};
 pub use grown::{Grown, Instance, Part, Placement, Surface};
 pub use limits::{Limits, Usage};
 pub use link::{Loader, NoImports, Program};
+pub use parser::tidied;
 pub use problem::Problem;
 pub use recipe::Recipe;
 pub use solid::Mesh;

@@ -1,6 +1,6 @@
 //! What can be wrong at a place of a text, and what would put it right?
 
-use super::wording::{character, counted, in_place_of, meant, quoted, shown, suggested, with_article};
+use super::wording::{character, counted, cut, in_place_of, meant, quoted, shown, suggested, with_article};
 
 /// What is wrong at one place.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -18,10 +18,11 @@ pub enum Problem {
     #[error("this text has no end; close it with `\"` on the same line")]
     OpenText,
     /// A number that is none.
-    #[error("`{0}` is not a number; write `0.5`, `12` or `1e-3`")]
+    #[error("`{word}` is not a number; write `0.5`, `12` or `1e-3`", word = cut(.0))]
     Number(String),
     /// A colour that is none.
-    #[error("`#{0}` is not a colour; write `#rgb` or `#rrggbb` with hexadecimal digits; comments begin with `//`")]
+    #[error("`#{word}` is not a colour; write `#rgb` or `#rrggbb` with hexadecimal digits; comments begin with `//`",
+        word = cut(.0))]
     Colour(String),
     /// Something else was expected.
     #[error("expected {expected}, found {found}")]
@@ -56,6 +57,11 @@ pub enum Problem {
     /// A declaration where what stands before wants a statement.
     #[error("`{0}` begins a declaration, and a statement is wanted here; write one, such as `box(1, 2, 1)`, before it")]
     DeclarationBehind(String),
+    /// A range, as other languages have it, where a loop says how often.
+    #[error(
+        "`for` takes how often or a list, and no range: write `for i in 5`, which counts from 0 to 4, or `for i in [1, 2, 3]`"
+    )]
+    RangeOfLoop,
     /// A word that stands further on in what it belongs to.
     #[error("no statement begins with `{word}`; it stands further on, as in `{usage}`")]
     Later {
@@ -232,13 +238,13 @@ pub enum Problem {
     #[error("only a part can say `within`; write `part` in place of `rule`, or leave it out")]
     WithinOfRule,
     /// A file that imports itself.
-    #[error("\"{0}\" imports itself, directly or through others; move what both need to a third file")]
+    #[error("\"{file}\" imports itself, directly or through others; move what both need to a third file", file = cut(.0))]
     ImportCycle(String),
     /// A file without a name.
     #[error("no file is named here; write its path from the folder of the first file, as in `\"tree.dcg\"`")]
     NoFile,
     /// A glTF file that cannot be placed.
-    #[error("\"{path}\" cannot be placed: {reason}")]
+    #[error("\"{path}\" cannot be placed: {reason}", path = cut(.path))]
     Model {
         /// The file.
         path: String,
@@ -246,7 +252,7 @@ pub enum Problem {
         reason: String,
     },
     /// A file that cannot be imported.
-    #[error("\"{path}\" cannot be imported: {reason}")]
+    #[error("\"{path}\" cannot be imported: {reason}", path = cut(.path))]
     Import {
         /// The file.
         path: String,

@@ -32,6 +32,8 @@ pub(super) struct Module {
     pub(super) uses: Vec<Use>,
     /// Statements that have a number of their own, which may be done [at one go](super::evaluator).
     pub(super) plans: u32,
+    /// Expressions that stay the same as long as the values of the file do.
+    pub(super) settled: u32,
 }
 
 #[derive(Debug, Clone)]
@@ -361,6 +363,8 @@ pub(super) enum Expr {
 pub(super) struct Plain {
     pub(super) of: Expr,
     pub(super) cost: Cost,
+    /// Its number among those that are the same wherever they are computed with the same values of the file.
+    pub(super) settled: Option<u32>,
 }
 
 /// What the visit of an expression takes.

@@ -1,7 +1,13 @@
 //! In which words is a problem told? Names, numbers and ways out as they stand in its sentences.
 
+use std::borrow::Cow;
+
+use super::error::MOST_SHOWN;
+
 /// A number with few digits, as JavaScript writes it but for the `+` of large exponents.
 pub(super) fn shown(number: f64) -> String {
+    // Nothing below zero is nothing.
+    let number = number + 0.0;
     let size = number.abs();
     if size >= 1e21 || (size > 0.0 && size < 1e-6) {
         return format!("{number:e}");
@@ -13,6 +19,14 @@ pub(super) fn shown(number: f64) -> String {
     };
     let even = format!("{number:.*}", decimals.len());
     if even.parse() == Ok(number) { even } else { shortest }
+}
+
+/// A word of a text, which may be as long as the text: no more of it than of a line.
+pub(super) fn cut(word: &str) -> Cow<'_, str> {
+    match word.char_indices().nth(MOST_SHOWN) {
+        None => word.into(),
+        Some((end, _)) => format!("{}…", &word[..end]).into(),
+    }
 }
 
 /// Most names that a message lists.

@@ -195,10 +195,13 @@ impl Header {
             .channels
             .iter()
             .flat_map(|channel| channel.low.iter().chain(&channel.step));
+        let is_told_twice = |kind: &ChannelKind| self.channels.iter().filter(|c| c.kind == *kind).count() > 1;
         let fault = if !(1..=16).contains(&self.bits) {
             "its coordinates have no bits or more than 16"
         } else if self.channels.len() > MOST_CHANNELS {
             "it has more attributes than there can be"
+        } else if [ChannelKind::Normal, ChannelKind::Colour].iter().any(is_told_twice) {
+            "it has more than one normal or colour of a corner"
         } else if self.materials == 0 {
             "it has no material"
         } else if (self.total_bytes as usize) < length {

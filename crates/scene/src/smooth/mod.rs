@@ -24,6 +24,7 @@ pub mod draft;
 pub mod fan;
 pub mod geometry;
 mod header;
+mod looks;
 mod mesh;
 mod model;
 pub mod octahedron;

@@ -3,6 +3,7 @@
 //!
 //! Coordinates that equalled those of the vertex it was split from likely still do: that is what the models are told.
 
+use super::looks::TOO_MANY_LOOKS;
 use super::mesh::Mesh;
 use super::model::{Nibble, number};
 use super::rans::Coder;
@@ -36,6 +37,10 @@ impl Replay {
         }
         if found - 1 > self.coarse_bits {
             return Err("its lattice becomes finer than it can");
+        }
+        self.looks.take(self.mesh.points.len());
+        if self.looks.are_used_up() {
+            return Err(TOO_MANY_LOOKS);
         }
         self.pass = self.pass.wrapping_add(1);
         std::mem::swap(&mut self.order, &mut self.visited);

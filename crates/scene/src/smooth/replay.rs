@@ -10,6 +10,7 @@ use super::draft::Draft;
 use super::fan::Star;
 use super::geometry::{Hood, Weights};
 use super::header::Header;
+use super::looks::{Looks, TOO_MANY_LOOKS};
 use super::mesh::{Birth, Mesh};
 use super::model::Bit;
 use super::pass::PassModels;
@@ -63,6 +64,7 @@ pub struct Replay {
     most_vertices: usize,
     most_triangles: usize,
     most_places: usize,
+    pub(super) looks: Looks,
     weights: Weights,
     pub(super) pass: u8,
     /// Vertices at the beginning of the pass in the order of the tree, in which parents come right before their children,
@@ -97,6 +99,7 @@ impl Replay {
             most_vertices: header.vertices as usize,
             most_triangles: header.triangles as usize,
             most_places: most_places(header.vertices, header.triangles),
+            looks: Looks::of(header),
             mesh: Mesh::new(),
             phase: Phase::Pass,
             models: Models::default(),
@@ -128,21 +131,25 @@ impl Replay {
         }
     }
 
-    /// Goes through a whole stream as its writer. What it tells does not depend on weights.
+    /// Goes through a whole stream as its writer. What it tells does not depend on weights. `None` when readers would
+    /// have to look at more than they do.
     ///
     /// # Panics
     /// When the script tells what no stream can hold.
-    pub fn draft<S: Script>(mut self, script: &mut S) -> Draft {
+    pub fn draft<S: Script>(mut self, script: &mut S) -> Option<Draft> {
         let mut draft = Draft::default();
         while self.phase != Phase::End {
             if self.phase == Phase::Pass {
                 draft.begin_pass();
             }
             let done = self.advance(&mut draft, Some(script));
+            if done == Err(TOO_MANY_LOOKS) {
+                return None;
+            }
             assert!(done.is_ok(), "the script tells what no stream can hold: {done:?}");
         }
         draft.births = self.mesh.births;
-        draft
+        Some(draft)
     }
 
     /// All vertices in the order of the tree.
@@ -272,6 +279,7 @@ impl Replay {
             split,
             change,
             hood,
+            looks,
             ..
         } = self;
         let first_born = mesh.triangles.len() as u32;
@@ -282,6 +290,10 @@ impl Replay {
             return Err("it has more vertices or triangles than its header says");
         }
         hood.look_around(mesh, star, split, change, vertex);
+        looks.take(star.spokes.len());
+        for opened in &change.opened {
+            looks.take_for_search(mesh.valence(opened.born.third));
+        }
         let origin = mesh.points[vertex as usize].at();
         let mut script = script;
         let given = script.as_mut().map_or([0; 3], |script| script.position(hood, origin));
@@ -326,9 +338,12 @@ impl Replay {
             first: first_born,
             size,
         };
-        self.attributes.dress(coder, mesh, script, done)?;
+        self.attributes.dress(coder, mesh, script, done, looks)?;
         if mesh.stars.places() > self.most_places {
             return Err("its vertices have more triangles than they can");
+        }
+        if looks.are_used_up() {
+            return Err(TOO_MANY_LOOKS);
         }
         if coder.starved() {
             return Err(ENDS_EARLY);

@@ -1,5 +1,6 @@
 //! Which triangles meet at a vertex? Lists in one array, in blocks of 8, 16, 32 … places that are used again.
 
+use super::mesh::NONE;
 use super::runs::Runs;
 
 /// The places of all lists.
@@ -99,7 +100,7 @@ impl Stars {
         }
     }
 
-    /// Puts a triangle after or before another, or at the end if that is not there.
+    /// Puts a triangle after or before another, or at the end if that is not there; for [`NONE`] it is not looked for.
     #[inline(always)]
     pub(super) fn insert(&mut self, list: &mut List, (neighbour, after): (u32, bool), triangle: u32) {
         let length = list.length();
@@ -131,7 +132,8 @@ impl Stars {
         }
         list.set_length(length + 1);
         let places = &mut self.places[list.first as usize..][..length + 1];
-        let found = places[..length].iter().position(|&t| t == neighbour);
+        let known = (neighbour != NONE).then_some(&places[..length]);
+        let found = known.and_then(|places| places.iter().position(|&t| t == neighbour));
         let at = found.map_or(length, |at| at + usize::from(after));
         places.copy_within(at..length, at + 1);
         places[at] = triangle;

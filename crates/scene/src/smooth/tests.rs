@@ -1,7 +1,9 @@
 use proptest::prelude::*;
 
+use super::looks::TOO_MANY_LOOKS;
 use super::model::{Bit, Nibble, number};
 use super::rans::{Coder, Place, Reader, STATE_BYTES, Writer};
+use super::{Decoder, SmoothError};
 
 /// A decision, by what it is of.
 #[derive(Debug, Clone)]
@@ -92,4 +94,18 @@ fn what_nearly_always_happens_costs_nearly_nothing() {
     // The entropy of one in a hundred is 0.081 bits; 8,000 of them are 81 bytes.
     let bytes = writer.finish(&[]).0.len();
     assert!((81..115).contains(&bytes), "{bytes} bytes");
+}
+
+/// A thousand triangles around two vertices; a split of a few bits moves them all on to the next vertex, again and again.
+#[test]
+fn a_reader_does_not_look_at_more_than_a_mesh_of_its_size_needs_and_keeps_what_it_has() {
+    let mut decoder = Decoder::new(u64::MAX);
+    let refused = decoder.push(include_bytes!("../../../../tests/golden/smooth/hub.slod"));
+    assert_eq!(refused, Err(SmoothError::Damaged(TOO_MANY_LOOKS)));
+    // As in TypeScript.
+    assert_eq!(decoder.counts(), (111, 1000));
+    let drawn = decoder.snapshot();
+    let corners = drawn.indices.concat();
+    assert_eq!(corners.len(), 3000);
+    assert!(corners.iter().all(|&i| (i as usize) < drawn.positions.len()));
 }

@@ -145,6 +145,9 @@ impl Packet {
         let mut position = [0.0; 3];
         for axis in 0..3 {
             position[axis] = bits.ordinate(at[axis], state.units[axis])?;
+            if !position[axis].is_finite() {
+                return Err(Stop::Damaged("a vertex is nowhere"));
+            }
         }
         let around = state.around.get(parent).map_or(0, Vec::len);
         let moves = (0..around).map(|_| bits.bit()).collect::<Result<_, _>>()?;
@@ -294,5 +297,18 @@ mod tests {
         assert_eq!(decode(&bytes), Ok(ThesisMesh::default()));
         bytes.push(0b1000_0000);
         assert!(matches!(decode(&bytes), Err(SmoothError::Damaged(_))));
+    }
+
+    #[test]
+    fn a_vertex_is_somewhere() {
+        let nowhere = Err(SmoothError::Damaged("a vertex is nowhere"));
+        for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            // VERTEX without a parent, absolute.
+            let packets = (0b0111u64 << 60 | u64::from(x.to_bits()) << 28).to_be_bytes();
+            assert_eq!(decode(&[&MAGIC[..], &[0; 12], &packets].concat()), nowhere);
+        }
+        // Extents that no file has: the offset leads out of what numbers can say.
+        let far = [f32::INFINITY; 3].map(f32::to_le_bytes).concat();
+        assert_eq!(decode(&[&MAGIC[..], &far, &[0, 1, 0, 1, 0, 1]].concat()), nowhere);
     }
 }

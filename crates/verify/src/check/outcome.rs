@@ -65,6 +65,8 @@ pub struct Outcome {
     pub gap_pixels: u64,
     /// … and how many objects of a cell's record with these doors closed that is.
     pub gap_objects: u64,
+    /// Cells, rising, from which no eye saw a pixel of anything.
+    pub blind: Vec<CellId>,
     /// One for each cell, and for the doors that were closed together.
     pub cells: Vec<Tightness>,
 }
@@ -77,18 +79,20 @@ impl Outcome {
     }
 
     /// Mean over the cells of how many times more objects are listed than were seen; above the true overestimate,
-    /// because eyes are finite. Cells from which nothing was seen do not count.
+    /// because eyes are finite. Cells from which nothing was seen do not count; `None` when there are no others.
     #[must_use]
-    pub fn tightness_mean(&self) -> f64 {
+    pub fn tightness_mean(&self) -> Option<f64> {
         let ratios: Vec<_> = self.cells.iter().filter_map(Tightness::ratio).collect();
-        ratios.iter().sum::<f64>() / ratios.len().max(1) as f64
+        (!ratios.is_empty()).then(|| ratios.iter().sum::<f64>() / ratios.len() as f64)
     }
 
-    /// All entries of all records over all that were seen: the same, cells with large sets counting more.
+    /// All entries of all records over all that were seen: the same, cells with large sets counting more. `None` when nothing was
+    /// seen.
     #[must_use]
-    pub fn tightness_of_entries(&self) -> f64 {
+    pub fn tightness_of_entries(&self) -> Option<f64> {
         let sum = |count: fn(&Tightness) -> u64| self.cells.iter().map(count).sum::<u64>();
-        sum(|c| c.listed) as f64 / sum(|c| c.seen).max(1) as f64
+        let seen = sum(|c| c.seen);
+        (seen > 0).then(|| sum(|c| c.listed) as f64 / seen as f64)
     }
 
     /// The cell whose set is least tight.
@@ -118,11 +122,15 @@ pub(super) fn summary(
     let mut outcome = Outcome::default();
     let mut seen = vec![BTreeSet::new(); situations.len()];
     let mut excused = BTreeSet::new();
+    let mut blind: BTreeSet<CellId> = situations.iter().map(|situation| situation.cell.id).collect();
     let mut worst: [BTreeMap<(usize, u32), Miss>; 2] = Default::default();
     for (number, view) in views.iter().enumerate() {
         let Situation { cell, closed, .. } = &situations[view.situation];
         outcome.eyes += 1;
         outcome.pixels += view.covered;
+        if view.covered > 0 {
+            blind.remove(&cell.id);
+        }
         seen[view.situation].extend(view.seen.iter().copied());
         for claim in &view.claims {
             outcome.missed_pixels += claim.confirmed;
@@ -166,6 +174,7 @@ pub(super) fn summary(
         });
         misses
     };
+    outcome.blind = blind.into_iter().collect();
     outcome.gap_objects = excused.iter().filter(|key| !sure.contains_key(*key)).count() as u64;
     outcome.misses = largest_first(sure);
     outcome.unconfirmed = largest_first(doubtful);

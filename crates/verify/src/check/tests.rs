@@ -30,7 +30,11 @@ fn a_complete_record_is_clean_and_its_tightness_counts_what_is_never_seen() {
     assert_eq!((outcome.misses.len(), outcome.unconfirmed.len()), (0, 0));
     assert_eq!(outcome.eyes, 40);
     assert_eq!(outcome.cells[0].seen, 1);
-    assert_eq!((outcome.tightness_mean(), outcome.tightness_of_entries()), (2.0, 2.0));
+    assert_eq!(
+        (outcome.tightness_mean(), outcome.tightness_of_entries()),
+        (Some(2.0), Some(2.0))
+    );
+    assert_eq!(outcome.blind, []);
     assert!(failures(&outcome).is_empty());
 }
 
@@ -74,6 +78,47 @@ fn what_is_in_front_by_less_than_rounding_is_counted_apart() {
     assert!(failures(&outcome).is_empty());
     assert_eq!(outcome.unconfirmed.len(), 1);
     assert!(outcome.unconfirmed_pixels > 0);
+}
+
+#[test]
+fn a_cell_from_which_no_eye_sees_anything_is_named_and_proves_nothing() {
+    let speck = quad([0.0, 0.0], [1e-6, 1e-6], -900.0, OPAQUE);
+    let outcome = checked(&scene(vec![speck]), cell(&[0], Guarantee::Conservative), 16);
+    assert_eq!((outcome.pixels, &outcome.blind[..]), (0, &[CellId(4)][..]));
+    assert_eq!((outcome.tightness_mean(), outcome.tightness_of_entries()), (None, None));
+    assert_eq!(failures(&outcome).len(), 1);
+}
+
+#[test]
+fn what_is_surely_seen_in_a_few_pixels_among_many_doubtful_ones_is_a_miss() {
+    let wall = quad([-4.0, -4.0], [4.0, 4.0], -2.0, OPAQUE);
+    // In front by less than rounding, but for a small leaf that stands off.
+    let mut poster = quad([-2.0, -2.0], [2.0, 2.0], -2.0 + 1e-6, OPAQUE);
+    let first = poster.positions.len() as u32;
+    let leaf = [[0.30, 0.30], [0.34, 0.30], [0.34, 0.34], [0.30, 0.34]];
+    poster.positions.extend(leaf.map(|[x, y]| glam::Vec3::new(x, y, -1.9)));
+    poster.add_triangles(
+        &[[0, 1, 2], [0, 2, 3]].map(|face| face.map(|corner| first + corner)),
+        OPAQUE,
+    );
+    let one_eye = Settings {
+        eyes: 1,
+        size_px: 256,
+        seed: 1,
+    };
+    let outcome = check(
+        &scene(vec![wall, poster]),
+        &[cell(&[0], Guarantee::Conservative)],
+        &one_eye,
+        &|| {},
+    );
+    assert_eq!(outcome.misses.len(), 1, "{:?}", outcome.unconfirmed);
+    assert!(
+        outcome.missed_pixels > 0 && outcome.missed_pixels < 100,
+        "{}",
+        outcome.missed_pixels
+    );
+    assert!(outcome.unconfirmed_pixels > 100 * outcome.missed_pixels);
 }
 
 #[test]

@@ -4,6 +4,8 @@
  * knows to the one before: `state`, `plain`, `expressions`, `outlines`, `terminals`, `modules`, `materials`, `parts`, `calls`, `sidebyside`,
  * `enumerators`, `places`, and here what each node does.
  */
+
+import { withinStack } from "../depth.ts";
 import type { Grown } from "../grown.ts";
 import { type Amounts, FINEST, LIMITS } from "../limits.ts";
 import type { Program } from "../link.ts";
@@ -36,7 +38,8 @@ export function grow(program: Program, settings: Settings = {}): Grown {
   const detail = Math.min(settings.detail ?? FINEST, FINEST);
   const boxes = settings.models ?? (() => undefined);
   const evaluator = new Evaluator(program, (settings.seed ?? 0) | 0, detail, limits, boxes);
-  return evaluator.grow(settings.parameters ?? new Map());
+  const file = program.modules[0]?.file ?? "";
+  return withinStack(file, () => evaluator.grow(settings.parameters ?? new Map()));
 }
 
 class Evaluator extends Places {

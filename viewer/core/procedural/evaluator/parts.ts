@@ -262,6 +262,8 @@ export abstract class Parts extends Materials {
   private finish(part: number): void {
     this.account(part).finished = true;
     const grown = this.growing(part);
+    // Its corners are rounded when they are written.
+    this.reach(part).toSingle();
     grown.bounds = this.reach(part).bounds;
     for (const mesh of grown.meshes) mesh.finish();
   }

@@ -4,6 +4,7 @@ import { described, type Word } from "../lexer.ts";
 import { MAX_AROUND, MAX_CHAIN, MAX_NESTING, reached } from "../limits.ts";
 import type { At, Module } from "../syntax.ts";
 import { Reach } from "./reach.ts";
+import { VALUE } from "./usage.ts";
 
 /** Words of expressions, which no value can be called. */
 export const OPERATORS = ["if", "then", "else", "and", "or", "not"];
@@ -62,8 +63,7 @@ export class Cursor {
   }
 
   takesWord(word: string): boolean {
-    const { next } = this;
-    const found = next.kind === "name" && next.text === word;
+    const found = this.isWord(word);
     if (found) this.skip();
     return found;
   }
@@ -72,14 +72,15 @@ export class Cursor {
     return new Fault(this.next.at, expected(what, described(this.next)));
   }
 
-  expect(symbol: string): void {
-    if (!this.takes(symbol)) throw this.expected(`\`${symbol}\``);
+  /** A sign, without which `what` is missing. */
+  expect(symbol: string, what = symbol === "=" ? VALUE : `\`${symbol}\``): void {
+    if (!this.takes(symbol)) throw this.expected(what);
   }
 
-  /** An opening brace. */
-  protected opens(): void {
+  /** An opening brace, without which `what` is missing. */
+  protected opens(what: string): void {
     this.open.push(this.next.at);
-    this.expect("{");
+    this.expect("{", what);
   }
 
   /** Whether the brace that was opened last is closed here. */
@@ -112,8 +113,14 @@ export class Cursor {
     given.set(name, at);
   }
 
-  expectWord(word: string): void {
-    if (!this.takesWord(word)) throw this.expected(`\`${word}\``);
+  isWord(word: string): boolean {
+    const { next } = this;
+    return next.kind === "name" && next.text === word;
+  }
+
+  /** A word that stands where it does in `usage`. */
+  expectWord(word: string, usage: string): void {
+    if (!this.takesWord(word)) throw this.expected(`\`${word}\`, as in \`${usage}\``);
   }
 
   /** A comma between items, unless the bracket that was opened closes behind this one. */

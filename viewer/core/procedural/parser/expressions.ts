@@ -21,6 +21,7 @@ import {
   type Written,
 } from "../syntax.ts";
 import { Cursor, OPERATORS } from "./cursor.ts";
+import { IF } from "./usage.ts";
 
 const COMPARISONS: readonly Operator[] = ["==", "!=", "<=", ">=", "<", ">"];
 const SUMS: readonly Operator[] = ["+", "-"];
@@ -52,10 +53,10 @@ export class ExpressionParser extends Cursor {
     while (this.takesWord("if")) {
       const branch = this.nested(() => {
         const condition = this.expression();
-        this.expectWord("then");
+        this.expectWord("then", IF);
         return { condition, yes: this.expression() };
       });
-      this.expectWord("else");
+      this.expectWord("else", IF);
       this.surrounds();
       chain.push(branch);
     }
@@ -210,7 +211,7 @@ export class ExpressionParser extends Cursor {
       index: -1,
       given: [],
       slots: [],
-      row: rowOf("values"),
+      row: rowOf("values", []),
     });
     return this.module.calls.length - 1;
   }

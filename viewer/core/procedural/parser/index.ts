@@ -14,6 +14,7 @@ import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
 import { type Formal, type Module, PROPERTIES, type Property, rowOf, type Written } from "../syntax.ts";
 import { DECLARATIONS, type Given, isBlank, type NamedAt, tidied } from "./cursor.ts";
 import { isReserved, StatementParser } from "./statements.ts";
+import * as usage from "./usage.ts";
 
 /** Reads a file. */
 export function parse(file: string, text: string): Module {
@@ -55,7 +56,7 @@ class Parser extends StatementParser {
       } else if (this.takesWord("let")) {
         const { name, at } = this.declaredValue("a name for the value");
         this.expect("=");
-        this.module.globals.push({ name, at, value: rowOf("values", this.written()) });
+        this.module.globals.push({ name, at, value: rowOf("values", [this.written()]) });
       } else {
         this.module.body.push(this.statement());
       }
@@ -101,26 +102,26 @@ class Parser extends StatementParser {
   private parameter(): void {
     const { name, at } = this.declaredValue("a name for the parameter");
     this.expect("=");
-    const formal = { name, at, initial: rowOf("values", this.written()) };
+    const formal = { name, at, initial: rowOf("values", [this.written()]) };
     const from = this.next.at;
     if (!this.takesWord("from")) {
       this.module.parameters.push({ formal, shown: name });
       return;
     }
-    const range = this.span();
+    const range = this.span(usage.RANGE);
     const shown = onOneLine(this.module.text.slice(from, this.next.at));
     this.module.parameters.push({ formal, range, shown: shown.length <= MOST_SHOWN ? `${name} ${shown}` : name });
   }
 
   private formals(): Formal[] {
     const opened = this.next.at;
-    this.expect("(");
+    this.expect("(", usage.FORMALS);
     const formals: Formal[] = [];
     const given: Given = new Map();
     while (!this.takes(")")) {
       const { name, at } = this.name("a name for a parameter");
       this.give(given, { name, at });
-      const initial = this.takes("=") ? rowOf("values", this.written()) : undefined;
+      const initial = this.takes("=") ? rowOf("values", [this.written()]) : undefined;
       this.bind(name);
       formals.push(initial ? { name, at, initial } : { name, at });
       this.separated(opened, "(", ")");
@@ -133,7 +134,7 @@ class Parser extends StatementParser {
     const [{ formals, properties }, slots] = this.framed(() => {
       const formals = this.isSymbol("(") ? this.formals() : [];
       const properties: [Property, Written][] = [];
-      this.opens();
+      this.opens(usage.PROPERTIES);
       while (!this.closes()) {
         const word = this.declares();
         if (word !== undefined) throw this.misplaced(word);
@@ -154,7 +155,7 @@ class Parser extends StatementParser {
     const { name } = this.declared("a name for the function");
     const [{ formals, value }, slots] = this.framed(() => {
       const formals = this.formals();
-      this.expect("=");
+      this.expect("=", usage.VALUE_OF_FUNCTION);
       return { formals, value: this.written() };
     });
     this.module.functions.push({ name, formals, value, slots });
@@ -165,7 +166,7 @@ class Parser extends StatementParser {
     const [parts, slots] = this.framed(() => {
       const formals = this.formals();
       const levelsAt = this.next.at;
-      const levels = this.takesWord("levels") ? rowOf("numbers", this.written()) : undefined;
+      const levels = this.takesWord("levels") ? rowOf("numbers", [this.written()]) : undefined;
       if (isPart && levels) {
         const wayOut = "write a rule with `levels` and call it in the part";
         throw new Fault(levelsAt, `a part cannot have \`levels\`; ${wayOut}`);
@@ -175,7 +176,7 @@ class Parser extends StatementParser {
       if (saysWithin && !isPart) {
         throw new Fault(withinAt, "only a part can say `within`; write `part` in place of `rule`, or leave it out");
       }
-      const within = saysWithin ? this.span() : undefined;
+      const within = saysWithin ? this.span(usage.WITHIN) : undefined;
       const body = this.block();
       const thenAt = this.next.at;
       const saysThen = this.takesWord("then");
@@ -187,9 +188,9 @@ class Parser extends StatementParser {
   }
 
   /** `LEAST to MOST` */
-  private span(): [Written, Written] {
+  private span(inWhat: string): [Written, Written] {
     const least = this.written();
-    this.expectWord("to");
+    this.expectWord("to", inWhat);
     return [least, this.written()];
   }
 

@@ -9,6 +9,7 @@ import {
   NO_FILE,
   noStatement,
   nothingBehind,
+  RANGE_OF_LOOP,
   THEN,
   tooManyArguments,
   unclosed,
@@ -28,9 +29,8 @@ import {
 } from "../syntax.ts";
 import { DECLARATIONS, type Given, isBlank, tidied } from "./cursor.ts";
 import { ExpressionParser, unnamed } from "./expressions.ts";
+import { BODY, CHOICES, EDGES, FOR, HEIGHTS, LATER, MATERIAL, SCATTER, SECOND_NAME, STATEMENT } from "./usage.ts";
 
-const A_STATEMENT = "a statement, such as `box(1, 2, 1)` or a rule with its arguments";
-const MATERIAL = "the name of a material, declared as in `material red { colour = #f00 }`";
 /** Words with which a statement begins. */
 const STATEMENTS =
   "called choose edges else for heights if impostor let model move paint roll scale scatter tilt turn viewpoint".split(
@@ -38,17 +38,6 @@ const STATEMENTS =
   );
 /** Those that are for the statement behind them, besides transforms. */
 const BEFORE = ["if", "for", "scatter", "edges", "paint", "called"];
-/** Words that stand inside of a statement or declaration, with one that has them. */
-const LATER = new Map([
-  ["as", "scatter 60 as x, z in 180 by 180 box(1, 1, 1)"],
-  ["by", "scatter 60 as x, z in 180 by 180 box(1, 1, 1)"],
-  ["from", "parameter height = 8 from 3 to 20"],
-  ["in", "for i in 10 box(1, 1, 1)"],
-  ["levels", "rule branch() levels 4 { … }"],
-  ["steps", "heights x, z in 50 by 50 steps 20 by 20 = 0"],
-  ["to", "parameter height = 8 from 3 to 20"],
-  ["within", "part tree() within [-1, 0, -1] to [1, 3, 1] { … }"],
-]);
 const VALUE_NAME = "a name for the value";
 
 /** Words that nothing else can be called by, since statements and values begin with them. */
@@ -113,7 +102,7 @@ export class StatementParser extends ExpressionParser {
     }
     switch (word) {
       case "if": {
-        const condition = rowOf("numbers", this.written());
+        const condition = rowOf("numbers", [this.written()]);
         return {
           reach,
           joined: (yes) => ({ kind: "if", at, condition, yes, no: undefined }),
@@ -147,18 +136,18 @@ export class StatementParser extends ExpressionParser {
     if (this.isSymbol("{")) return this.block();
     const declaration = this.declares();
     if (declaration !== undefined) throw this.misplaced(declaration);
-    if (word.kind !== "name") throw this.expected(A_STATEMENT);
+    if (word.kind !== "name") throw this.expected(STATEMENT);
     const { at } = word;
     this.skip();
     switch (word.text) {
       case "let": {
         const { name } = this.name(VALUE_NAME);
         this.expect("=");
-        const value = rowOf("values", this.written());
+        const value = rowOf("values", [this.written()]);
         return { kind: "let", at, slot: this.bind(name), value };
       }
       case "choose": {
-        const number = rowOf("numbers", this.written());
+        const number = rowOf("numbers", [this.written()]);
         const of = this.statements();
         // Only the chosen one is done: what a value of the braces were, would not be computed.
         for (const one of of) if (one.kind === "let") throw new Fault(one.at, LET_IN_CHOOSE);
@@ -170,7 +159,7 @@ export class StatementParser extends ExpressionParser {
         return { kind: "viewpoint", at, name: this.text("the viewpoint's name in quotes") };
       case "impostor": {
         const numbers = this.givenTo("impostor", IMPOSTOR, at);
-        return { kind: "impostor", at, numbers: rowOf("numbers", ...numbers) };
+        return { kind: "impostor", at, numbers: rowOf("numbers", numbers) };
       }
       case "model": {
         const pathAt = this.next.at;
@@ -196,11 +185,11 @@ export class StatementParser extends ExpressionParser {
     if (isNone) throw new Fault(at, nothingBehind(word));
   }
 
-  /** Statements in braces; what they bind is out of reach behind them. */
-  private statements(): Statement[] {
+  /** Statements in braces, without which `what` is missing; what they bind is out of reach behind them. */
+  private statements(what = CHOICES): Statement[] {
     const opened = this.next.at;
     return this.nested(() => {
-      this.opens();
+      this.opens(what);
       return this.enclosed(() => {
         const of: Statement[] = [];
         while (!this.closes()) {
@@ -213,7 +202,7 @@ export class StatementParser extends ExpressionParser {
   }
 
   block(): Statement {
-    return { kind: "group", of: this.statements() };
+    return { kind: "group", of: this.statements(BODY) };
   }
 
   private numbersOf(transform: Transform, at: At): Row {
@@ -221,15 +210,15 @@ export class StatementParser extends ExpressionParser {
     const counts = { move: [3], scale: [1, 3], turn: [1], tilt: [1], roll: [1] }[transform];
     const usual = { move: "`move(x, y, z)`", scale: "`scale(factor)` or `scale(x, y, z)`" };
     const usage = transform === "move" || transform === "scale" ? usual[transform] : `\`${transform}(degrees)\``;
-    return rowOf("numbers", ...unnamed(transform, at, args, counts, usage));
+    return rowOf("numbers", unnamed(transform, at, args, counts, usage));
   }
 
   private solid(solid: SolidKind, at: At): Statement {
     const args = this.givenTo(solid, SOLIDS[solid], at);
     // The top of a cone is computed before its height.
     if (solid === "cone") args.splice(1, 2, ...args.slice(1, 3).reverse());
-    const lists = args.slice(0, listsOf(solid)).map((list) => rowOf("rows", list));
-    return { kind: "solid", at, solid, lists, numbers: rowOf("numbers", ...args.slice(lists.length)) };
+    const lists = args.slice(0, listsOf(solid)).map((list) => rowOf("rows", [list]));
+    return { kind: "solid", at, solid, lists, numbers: rowOf("numbers", args.slice(lists.length)) };
   }
 
   /** Arguments in brackets, each at the place of its formal; what is not given is what it is then. */
@@ -267,35 +256,42 @@ export class StatementParser extends ExpressionParser {
     const given: Given = new Map();
     const first = this.name("a name for x");
     this.give(given, first);
-    this.expect(",");
+    this.expect(",", SECOND_NAME);
     const second = this.name("a name for z");
     this.give(given, second);
     return [first.name, second.name];
   }
 
   /** `WIDTH by DEPTH` */
-  private extent(): [Written, Written] {
+  private extent(usage = SCATTER): [Written, Written] {
     const width = this.written();
-    this.expectWord("by");
+    this.expectWord("by", usage);
     return [width, this.written()];
+  }
+
+  /** Whether what was read goes on as a range, and not with a call of what is called `to`. */
+  private isRange(): boolean {
+    const behind = this.afterNext;
+    return this.isWord("to") && !(behind?.kind === "symbol" && ["(", "."].includes(behind.text));
   }
 
   private repetition(at: At): Joined {
     const names = this.names();
-    this.expectWord("in");
+    this.expectWord("in", FOR);
     const site = this.site();
-    const over = rowOf("values", this.written());
+    const over = rowOf("values", [this.written()]);
     const slots = names.map((name) => this.bind(name));
+    if (this.isRange()) throw new Fault(this.next.at, RANGE_OF_LOOP);
     return (body) => ({ kind: "for", at, site, slots, over, body, plan: undefined });
   }
 
   private scattering(at: At): Joined {
     const site = this.site();
     const count = this.written();
-    this.expectWord("as");
+    this.expectWord("as", SCATTER);
     const [x, z] = this.twoNames();
-    this.expectWord("in");
-    const over = rowOf("numbers", count, ...this.extent());
+    this.expectWord("in", SCATTER);
+    const over = rowOf("numbers", [count, ...this.extent()]);
     const slots: [number, number] = [this.bind(x), this.bind(z)];
     return (body) => ({ kind: "scatter", at, site, slots, over, body });
   }
@@ -305,9 +301,9 @@ export class StatementParser extends ExpressionParser {
     if (names.length > 2) {
       throw new Fault(at, "edges must be `edges length in …` or `edges length, number in …`");
     }
-    this.expectWord("in");
+    this.expectWord("in", EDGES);
     const site = this.site();
-    const polygon = rowOf("rows", this.written());
+    const polygon = rowOf("rows", [this.written()]);
     const slots = names.map((name) => this.bind(name));
     return (body) => ({ kind: "edges", at, site, slots, polygon, body });
   }
@@ -319,16 +315,16 @@ export class StatementParser extends ExpressionParser {
 
   private heights(at: At): Statement {
     const [x, z] = this.twoNames();
-    this.expectWord("in");
-    const extent = this.extent();
-    this.expectWord("steps");
+    this.expectWord("in", HEIGHTS);
+    const extent = this.extent(HEIGHTS);
+    this.expectWord("steps", HEIGHTS);
     const along = this.writtenBeforeSign();
-    this.expectWord("by");
-    const over = rowOf("numbers", ...extent, along, this.writtenBeforeSign());
+    this.expectWord("by", HEIGHTS);
+    const over = rowOf("numbers", [...extent, along, this.writtenBeforeSign()]);
     this.expect("=");
     return this.enclosed(() => {
       const slots: [number, number] = [this.bind(x), this.bind(z)];
-      return { kind: "heights", at, slots, over, height: rowOf("numbers", this.written()), plan: undefined };
+      return { kind: "heights", at, slots, over, height: rowOf("numbers", [this.written()]), plan: undefined };
     });
   }
 }

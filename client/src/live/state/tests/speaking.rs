@@ -3,7 +3,7 @@
 use belvedere_scene::ObjectId;
 
 use super::super::{
-    event::{Ball, Hush},
+    event::{self, Ball, Hush},
     speaker::{Speaker, Speech},
 };
 
@@ -72,6 +72,15 @@ fn whom_nobody_sees_says_nothing_while_it_keeps_to_its_ball() {
     speaker.keep_quiet(hush());
     speaker.wake();
     assert!(says(&mut speaker, 5010.0, 1.0, 0.0), "somebody looks");
+}
+
+#[test]
+fn a_promise_is_void_when_somebody_may_look_among_other_cells_and_when_all_is_told_anew() {
+    let voids = |name: &str, data: &str| event::read(name, data).unwrap().unwrap().voids_promises();
+    assert!(voids("wake", r#"{"object": "o100000001"}"#));
+    assert!(voids("revision", r#"{"revision": "0011223344556677"}"#));
+    assert!(voids("resync", r#"{"reason": "missed"}"#));
+    assert!(!voids("cell", r#"{"cell": "c3"}"#));
 }
 
 #[test]

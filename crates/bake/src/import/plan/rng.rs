@@ -1,31 +1,22 @@
-//! Where do small irregularities come from? A seeded generator, SplitMix64 (Steele, Lea & Flood, "Fast splittable
-//! pseudorandom number generators", 2014), and value noise on top of it. The same seed gives the same world.
+//! Where do small irregularities come from? A seeded generator, and value noise on top of it. The same seed gives the same
+//! world.
 
 use glam::Vec3;
 
+use crate::random::{SplitMix64, mixed};
+
 /// A seeded stream of numbers.
 #[derive(Debug, Clone)]
-pub(super) struct Rng(u64);
-
-fn mixed(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
+pub(super) struct Rng(SplitMix64);
 
 impl Rng {
     pub(super) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        mixed(self.0)
+        Self(SplitMix64::new(seed))
     }
 
     /// In [0, 1).
     pub(super) fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1u64 << 24) as f32
+        self.0.unit()
     }
 
     /// In [low, high).
@@ -35,7 +26,7 @@ impl Rng {
 
     /// In 0..count.
     pub(super) fn below(&mut self, count: usize) -> usize {
-        (self.next() % count.max(1) as u64) as usize
+        (self.0.next() % count.max(1) as u64) as usize
     }
 }
 

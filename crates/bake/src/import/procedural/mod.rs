@@ -7,6 +7,7 @@
 mod absorb;
 mod alone;
 mod details;
+mod growth;
 mod node;
 mod poses;
 mod scene;
@@ -20,38 +21,18 @@ use std::sync::Arc;
 
 use belvedere_scene::procedural::limits::{MAX_TEXT_BYTES, reached};
 use belvedere_scene::procedural::{
-    DcgError, Grown, Limits as GrowthLimits, Loader, Program, Settings, Value, grow_with, nearest,
+    DcgError, Limits as GrowthLimits, Loader, Program, Settings, Value, grow_with, nearest,
 };
 
 use super::container::has_ending;
+use super::limits::Budget;
 use super::uri::relative_path;
 use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles, is_rules};
 use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
-use crate::source::SourceScene;
+pub use growth::Growth;
 pub(super) use node::{Nursery, Planting, wanted};
 use texts::texts_of;
-
-/// Rules, what grew out of them, and the scene that it makes.
-#[derive(Debug)]
-pub struct Growth {
-    /// The rules.
-    pub program: Program,
-    /// What they grew.
-    pub grown: Grown,
-    /// The same as a source scene, with the glTF files that it places.
-    pub scene: SourceScene,
-    /// What was wrong with those, and with the rules.
-    pub defects: Defects,
-}
-
-impl Growth {
-    /// Triangles without area, each part once: they grow and are counted, but no scene has them.
-    #[must_use]
-    pub fn without_area(&self) -> u64 {
-        scene::without_area(&self.grown)
-    }
-}
 
 /// What rules are given besides their text.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -78,15 +59,15 @@ pub struct Ground<'a> {
 /// # Errors
 /// When the text is none, is wrong, or needs a file that is not there.
 pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) -> Result<Growth, ImportError> {
-    planted(path, bytes, (settings, false), ground)
+    planted(path, bytes, (settings, false), (ground, &Budget::new(ground.limits)))
 }
 
-/// The same, with what the author made coarser where that is wanted.
+/// The same, with what the author made coarser where that is wanted, within a budget that what is placed shares.
 fn planted(
     path: &str,
     bytes: Vec<u8>,
     (settings, with_levels): (&Settings, bool),
-    ground: Ground,
+    (ground, budget): (Ground, &Budget),
 ) -> Result<Growth, ImportError> {
     let program = program(path, bytes, ground)?;
     let beside = Beside::of(path, ground);
@@ -94,7 +75,7 @@ fn planted(
     let boxes = |path: &str| {
         let mut models = models.borrow_mut();
         if !models.contains_key(path) {
-            let imported = beside.import(path, &program, ground);
+            let imported = beside.import(path, &program, (ground, budget));
             let bounds = imported.as_ref().ok().map(|imported| imported.scene.bounds());
             models.insert(path.to_owned(), (imported, bounds));
         }
@@ -105,23 +86,32 @@ fn planted(
     let texts = texts_of(&program, &mut grown, &mut defects);
     let rules = (Arc::new(texts), settings.seed);
     let mut of_models = Defects::default();
+    let mut model_bytes = BTreeMap::new();
     let growing = scene::Growing {
         rules: &rules,
         settings,
         with_levels,
         defects: &mut defects,
     };
-    let scene = scene::scene_of(&grown, growing, ground.limits, &mut |model| {
+    let scene = scene::scene_of(&grown, growing, (ground.limits, budget), &mut |model| {
         let known = models.borrow_mut().remove(model);
-        let imported = known.map_or_else(|| beside.import(model, &program, ground), |(imported, _)| imported)?;
+        let imported = known.map_or_else(
+            || beside.import(model, &program, (ground, budget)),
+            |(imported, _)| imported,
+        )?;
         of_models.absorb(imported.defects);
+        model_bytes.insert(model.to_owned(), imported.scene.explicit_bytes());
         Ok(imported.scene)
     })?;
     defects.absorb(of_models);
+    let placed = grown.instances().into_iter();
+    let placed = placed.flat_map(|instance| &grown.parts[instance.part].models);
+    let explicit_bytes = grown.explicit_bytes() + placed.map(|(path, _)| model_bytes[path]).sum::<u64>();
     Ok(Growth {
         program,
         grown,
         scene,
+        explicit_bytes,
         defects,
     })
 }
@@ -134,7 +124,12 @@ fn program(path: &str, bytes: Vec<u8>, ground: Ground) -> Result<Program, Import
 }
 
 /// Reads a `.dcg` source.
-pub(super) fn read(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Ground) -> Result<Imported, ImportError> {
+pub(super) fn read(
+    file_name: &str,
+    bytes: Vec<u8>,
+    sowing: &Sowing,
+    (ground, budget): (Ground, &Budget),
+) -> Result<Imported, ImportError> {
     ground.progress.start(Stage::Import, 1);
     let settings = Settings {
         seed: sowing.seed,
@@ -142,10 +137,10 @@ pub(super) fn read(file_name: &str, bytes: Vec<u8>, sowing: &Sowing, ground: Gro
         ..Settings::default()
     };
     let text = given(file_name, bytes, (sowing, &settings), ground)?;
-    let growth = planted(file_name, text, (&settings, true), ground)?;
+    let growth = planted(file_name, text, (&settings, true), (ground, budget))?;
     if growth.scene.objects.is_empty() {
         return Err(ImportError::NothingToDraw {
-            reasons: "the rules draw nothing".to_owned(),
+            reasons: growth.nothing_drawn().to_owned(),
         });
     }
     ground.progress.advance(1);
@@ -238,7 +233,12 @@ impl<'a> Beside<'a> {
     }
 
     /// A glTF file that rules place. Rules in it are not grown.
-    fn import(&self, relative: &str, program: &Program, ground: Ground) -> Result<Imported, ImportError> {
+    fn import(
+        &self,
+        relative: &str,
+        program: &Program,
+        (ground, budget): (Ground, &Budget),
+    ) -> Result<Imported, ImportError> {
         let missing = |reason: String| ImportError::Rules(program.model_error(relative, reason));
         let path = self.path(relative).ok_or_else(|| missing(OUTSIDE.to_owned()))?;
         if is_rules(&path) || has_ending(&path, "plan") {
@@ -257,7 +257,7 @@ impl<'a> Beside<'a> {
             files: &files,
             ..ground
         };
-        super::import_on(ground, &path, bytes, Asker::Placed).map_err(|cause| match cause {
+        super::import_on((ground, budget.clone()), &path, bytes, Asker::Placed).map_err(|cause| match cause {
             ImportError::NothingToDraw { .. }
             | ImportError::UnknownFormat { .. }
             | ImportError::Glb(_)

@@ -8,7 +8,7 @@ use glam::{DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 
 use super::absorb::absorb;
-use super::{Beside, Ground, growth_limits, planted};
+use super::{Beside, Budget, Ground, growth_limits, planted};
 use crate::defect::Defects;
 use crate::import::document::whole;
 use crate::import::error::{Flaw, Read, Trouble, flaw};
@@ -69,7 +69,7 @@ impl Nursery {
         }
         let asked = impostor::of_extras(&planting.wanted, defects, &planting.node);
         if !self.known.contains_key(&key) {
-            let grove = match grow_wanted(&planting.wanted, ground) {
+            let grove = match grow_wanted(&planting.wanted, (ground, budget)) {
                 Ok((mut inner, found)) => {
                     defects.absorb(found);
                     Grove {
@@ -149,7 +149,7 @@ impl Nursery {
 }
 
 /// What the wish grows; without it the scene has all else.
-fn grow_wanted(wanted: &Json, ground: Ground) -> Read<(SourceScene, Defects)> {
+fn grow_wanted(wanted: &Json, (ground, budget): (Ground, &Budget)) -> Read<(SourceScene, Defects)> {
     let named = wanted["procedural"].as_str();
     let Some(path) = named.and_then(relative_path) else {
         return flaw(
@@ -178,7 +178,7 @@ fn grow_wanted(wanted: &Json, ground: Ground) -> Read<(SourceScene, Defects)> {
     };
     let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
     let kind = "rules that are wrong, or given what they do not take: not grown";
-    let growth = planted(&path, bytes, (&settings, true), ground).or_else(|cause| match cause {
+    let growth = planted(&path, bytes, (&settings, true), (ground, budget)).or_else(|cause| match cause {
         ImportError::Rules(error) if error.line == 0 => flaw(kind, told(error.to_string())),
         ImportError::Rules(error) => flaw(kind, error.below(folder).to_string()),
         ImportError::Memory { .. } | ImportError::TooManyObjects { .. } | ImportError::Cancelled => Err(cause.into()),

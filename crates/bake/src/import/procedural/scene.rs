@@ -12,6 +12,7 @@ use super::alone::Alone;
 use super::details::coarser;
 use super::poses::poses;
 use crate::defect::Defects;
+use crate::growable::Tie;
 use crate::import::limits::Budget;
 use crate::import::topology::compact;
 use crate::import::{ImportError, Limits};
@@ -39,10 +40,9 @@ pub(super) struct Growing<'a> {
 pub(super) fn scene_of(
     grown: &Grown,
     growing: Growing<'_>,
-    limits: &Limits,
+    (limits, budget): (&Limits, &Budget),
     import: Import,
 ) -> Result<SourceScene, ImportError> {
-    let mut budget = Budget::new(limits);
     let mut scene = SourceScene {
         title: Some(grown.parts[0].name.clone()),
         ..SourceScene::default()
@@ -256,8 +256,19 @@ fn model(part: &Part, material_of: &BTreeMap<usize, usize>, (texts, seed): &Rule
         primitives,
         impostor: part.impostor,
         recipe: part.recipe.as_ref().map(recipe),
+        tie: tie(part),
         ..SourceModel::default()
     })
+}
+
+/// What keeps a part from being made alone; `None` too where only its text would be too long.
+fn tie(part: &Part) -> Option<Tie> {
+    let holds_others = !part.placements.is_empty() || !part.models.is_empty();
+    match part.recipe {
+        Some(_) => None,
+        None if part.is_called || holds_others => Some(Tie::Others),
+        None => part.takes_paint.then_some(Tie::Paint),
+    }
 }
 
 /// Triangles that are left out, each part once.

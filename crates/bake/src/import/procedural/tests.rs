@@ -153,6 +153,28 @@ fn what_rules_do_not_take_is_refused_before_they_take_it() {
 }
 
 #[test]
+fn placed_files_take_of_one_budget() {
+    let file = Gltf::triangle().glb();
+    let files = ["a.glb", "b.glb", "c.glb"].map(|name| (name, file.clone()));
+    let read = |text: &str, memory_bytes: u64| {
+        let limits = Limits {
+            memory_bytes,
+            ..Limits::default()
+        };
+        let files = Beside(files.clone().into());
+        import("world.dcg", text.into(), &files, &limits, &Silent)
+    };
+    let (one, three) = ("model \"a.glb\"", "model \"a.glb\" model \"b.glb\" model \"c.glb\"");
+    let needs = |text: &str| {
+        (0..1 << 20)
+            .step_by(256)
+            .find(|memory_bytes| read(text, *memory_bytes).is_ok())
+    };
+    let [of_one, of_three] = [one, three].map(|text| needs(text).unwrap());
+    assert!(of_three > 2 * of_one, "{of_one} bytes for one, {of_three} for three");
+}
+
+#[test]
 fn what_is_placed_is_bounded_whatever_it_is() {
     let mut gltf = Gltf::triangle();
     for name in ["b", "c", "d"] {
@@ -211,7 +233,7 @@ fn a_gltf_node_grows_what_it_names() {
     let places: Vec<_> = imported.defects.iter().map(|defect| defect.first.clone()).collect();
     assert_eq!(
         places,
-        ["node \"none\", none.dcg: there is no such file; did you mean \"gate.dcg\"?"]
+        ["node \"none\", none.dcg: there is no such file in the source's folder"]
     );
 
     gltf.json["nodes"][1]["extras"]["belvedere"]["parameters"]["height"] = json!(99);

@@ -30,7 +30,9 @@ impl Observer<'_> {
         let Some(target) = self.scenery.targets[object as usize].as_ref() else {
             return false;
         };
-        let mut witnesses: Vec<Witness> = self.prover.hides(eye, target).into_iter().collect();
+        let by_one = self.prover.hides_whole_by_one(eye, target, object);
+        let witness = by_one.or_else(|| self.prover.hides_by_openings(eye, target));
+        let mut witnesses: Vec<Witness> = witness.into_iter().collect();
         if witnesses.is_empty() && self.settings.fusion {
             let mut open = self.not_hidden(eye);
             self.fuse(eye, &mut open);

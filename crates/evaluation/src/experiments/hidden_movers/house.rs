@@ -22,6 +22,8 @@ pub(super) const TICKS_OF_A_VOLUME: u32 = 6_050;
 /// Volumes last for ten minutes at most, a sixth of what a server allows: an hour of 100,000 movers takes long to simulate.
 const LONGEST_TBV_MS: Ms = 600_000;
 const SPEED_MPS: f64 = 1.5;
+const WALKS_MPS: f64 = 1.2;
+const TICK_MS: Ms = 100;
 
 fn house() -> Cells {
     let shape = |i: u32| {
@@ -46,12 +48,31 @@ fn house() -> Cells {
     cells
 }
 
-/// Somebody who walks to and fro in a room.
+/// How somebody walks to and fro, and speaks of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Gait {
+    /// From one end to the other.
+    way_m: f64,
+    /// It states its velocity, and speaks when it turns and once a second else; who does not speaks each tick.
+    states: bool,
+}
+
+/// In a room, each tick.
+const ABOUT: Gait = Gait {
+    way_m: 2.0,
+    states: false,
+};
+
+/// Through 25 rooms in a row.
+const THROUGH_ROOMS_M: f64 = 100.0;
+
+/// Somebody who walks to and fro.
 struct Walker {
     object: ObjectId,
     session: Option<SessionId>,
     home: [f64; 3],
     phase: f64,
+    gait: Gait,
     /// Its owner need not speak while it is in there, until then.
     hush: Option<(Tbv, Ms)>,
 }
@@ -72,7 +93,10 @@ impl Walkers {
         let later = self.silent.split_off(&(now_ms + 1, 0));
         let expired = std::mem::replace(&mut self.silent, later);
         self.restless.extend(expired.into_iter().map(|(_, at)| at));
-        let speaks = |at: &usize| !volumes || self.all[*at].must_speak(now_ms);
+        let speaks = |at: &usize| {
+            let walker = &self.all[*at];
+            walker.has_news(now_ms) && (!volumes || walker.must_speak(now_ms))
+        };
         self.restless.iter().copied().filter(speaks).collect()
     }
 
@@ -105,20 +129,36 @@ impl Walker {
             .is_none_or(|(tbv, until_ms)| until_ms <= now_ms || !tbv.holds(self.sent(now_ms).position))
     }
 
+    /// Whether it has something to say of its own accord.
+    fn has_news(&self, now_ms: Ms) -> bool {
+        let second = (now_ms / TICK_MS + Ms::from(self.object.0)) % (1_000 / TICK_MS) == 0;
+        !self.gait.states || second || self.goes(now_ms).1 != self.goes(now_ms - TICK_MS).1
+    }
+
     /// Between these it walks.
     fn ends(&self) -> [[f64; 3]; 2] {
-        [-1.0, 1.0].map(|x| [self.home[0] + x, 1.5, self.home[2]])
+        [-0.5, 0.5].map(|share| [self.home[0] + share * self.gait.way_m, 1.5, self.home[2]])
+    }
+
+    /// How far it is from the one end, and how fast it goes.
+    fn goes(&self, now_ms: Ms) -> (f64, f64) {
+        let way_m = self.gait.way_m;
+        let at_m = (now_ms as f64 * 1e-3 * WALKS_MPS + self.phase) % (2.0 * way_m);
+        if at_m < way_m {
+            (at_m, WALKS_MPS)
+        } else {
+            (2.0 * way_m - at_m, -WALKS_MPS)
+        }
     }
 
     fn sent(&self, now_ms: Ms) -> Sent {
-        // A triangle of 2 m with 1.2 m/s, which turns too sharply to be extrapolated for long.
-        let way_m = (now_ms as f64 * 1.2e-3 + self.phase) % 4.0;
-        let x = if way_m < 2.0 { way_m } else { 4.0 - way_m };
+        let (at_m, mps) = self.goes(now_ms);
         Sent {
             t_ms: Some(now_ms),
-            position: [self.home[0] + x - 1.0, 1.5, self.home[2]],
+            position: [self.home[0] + at_m - 0.5 * self.gait.way_m, 1.5, self.home[2]],
             orientation: [0.0, 0.0, 0.0, 1.0],
-            velocity: None,
+            // In a room it turns too often to be extrapolated for long.
+            velocity: self.gait.states.then_some([mps, 0.0, 0.0]),
             acceleration: None,
         }
     }
@@ -140,7 +180,14 @@ pub(super) struct Outcome {
 /// Rooms of walkers; a session looks on from the first room when there is one. `volumes` off is the naive server.
 pub(super) fn simulate(homes: &[u32], with_sessions: bool, volumes: bool, ticks: u32) -> Outcome {
     let places: Vec<_> = homes.iter().map(|room| middle(*room)).collect();
-    simulate_at(&places, with_sessions, volumes, ticks)
+    simulate_at(&places, ABOUT, with_sessions, volumes, ticks)
+}
+
+/// Participants who walk through rooms in a row, in all rows. Those who state where they go look on from there while they are silent.
+pub(super) fn simulate_walk(people: u32, states: bool, volumes: bool, ticks: u32) -> Outcome {
+    let places: Vec<_> = (0..people).map(|i| middle(i % ROOMS * ROOMS + ROOMS / 2)).collect();
+    let way_m = THROUGH_ROOMS_M;
+    simulate_at(&places, Gait { way_m, states }, true, volumes, ticks)
 }
 
 /// The same for a row of walkers whose ways are so far beside the middle of their rooms, with nobody looking on but one.
@@ -150,11 +197,12 @@ pub(super) fn simulate_aside(homes: &[u32], aside_m: f64, volumes: bool, ticks: 
         [x + aside_m, y, z]
     };
     let places: Vec<_> = homes.iter().map(aside).collect();
-    simulate_at(&places, false, volumes, ticks)
+    simulate_at(&places, ABOUT, false, volumes, ticks)
 }
 
-fn simulate_at(homes: &[[f64; 3]], with_sessions: bool, volumes: bool, ticks: u32) -> Outcome {
+fn simulate_at(homes: &[[f64; 3]], gait: Gait, with_sessions: bool, volumes: bool, ticks: u32) -> Outcome {
     let rules = Rules {
+        tick_ms: TICK_MS,
         bytes_per_s: 1e9,
         longest_tbv_ms: if volumes { LONGEST_TBV_MS } else { 0 },
         ..Rules::default()
@@ -179,7 +227,9 @@ fn simulate_at(homes: &[[f64; 3]], with_sessions: bool, volumes: bool, ticks: u3
             object: ObjectId(FIRST_MOVER + i),
             session,
             home: *home,
-            phase: f64::from(i) * 0.37,
+            // Golden sections of the way, so that they are all over it.
+            phase: f64::from(i) * if gait == ABOUT { 0.37 } else { 1.236 * gait.way_m },
+            gait,
             hush: None,
         };
         let pose = walker.sent(now_ms);
@@ -249,6 +299,9 @@ fn simulate_at(homes: &[[f64; 3]], with_sessions: bool, volumes: bool, ticks: u3
             };
             answers.push((at, moved.expect("a pose").hush));
         }
+        // Everybody reads at once what is told.
+        let waiting: Vec<_> = world.wants_room().collect();
+        waiting.into_iter().for_each(|session| world.make_room(session));
         world.tick(now_ms);
         let events = world.events();
         spent_s += if counted { cpu_s() - start_s } else { 0.0 };

@@ -1,7 +1,7 @@
 //! How often, and where? Enumerators visit their statement once for each member of a population. Each visit has a path of
 //! its own, so that each member has random numbers of its own.
 
-use super::straight::Turns;
+use super::straight::{Given, Turns};
 use super::{Evaluator, Outcome, Scope, Turtle};
 use crate::procedural::affine::Affine;
 use crate::procedural::problem::Problem;
@@ -38,7 +38,7 @@ impl<'p> Evaluator<'p> {
                 let turns = Turns {
                     count: if slots.len() == 1 { count as usize } else { 0 },
                     path: Some(path),
-                    given: &|turn, _| turn as f64,
+                    given: Given::Number,
                 };
                 let done = self.turns(scope, turtle, (plan, slots, body), &turns)?;
                 for i in done as u32..count {
@@ -54,7 +54,7 @@ impl<'p> Evaluator<'p> {
                 let turns = Turns {
                     count: items.iter().take_while(|item| gives(item, slots.len())).count(),
                     path: Some(path),
-                    given: &|turn, slot| number_of(&items[turn], slot),
+                    given: Given::Items(&items),
                 };
                 let done = self.turns(scope, turtle, (plan, slots, body), &turns)?;
                 for (i, item) in items.iter().enumerate().skip(done) {
@@ -164,12 +164,5 @@ fn gives(item: &Value, names: usize) -> bool {
         Value::List(items, _) => {
             names > 1 && items.len() == names && items.iter().all(|item| matches!(item, Value::Number(_)))
         }
-    }
-}
-
-fn number_of(item: &Value, name: usize) -> f64 {
-    match item {
-        Value::Number(number) => *number,
-        Value::List(items, _) => number_of(&items[name], 0),
     }
 }

@@ -19,12 +19,13 @@ impl<'p> Evaluator<'p> {
         if let Some(material) = self.instances[instance].surfaces[index] {
             return Ok(material);
         }
-        let path = step_name(self.settings.seed, &rule.name);
+        let is_given = call.given.len() == rule.formals.len();
+        let path = |evaluator: &Self| step_name(evaluator.settings.seed, &rule.name);
         let inner = Scope {
             module,
             instance,
             base: self.stack.len(),
-            path,
+            path: if is_given { 0 } else { path(self) },
             depth: scope.depth,
             level: 0,
         };
@@ -44,6 +45,10 @@ impl<'p> Evaluator<'p> {
                     return self.error(scope.module, call.at, reached("materials", limit));
                 }
                 self.keep((scope.module, call.at), key.len())?;
+                let inner = Scope {
+                    path: path(self),
+                    ..inner
+                };
                 let surface = self.computed_surface(&inner, rule);
                 let surface = surface.map_err(|error| self.traced((scope.module, call.at), error))?;
                 self.materials.push(surface);

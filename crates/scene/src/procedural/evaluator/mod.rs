@@ -23,6 +23,7 @@ mod terminal;
 mod wish;
 
 pub use part::PHASE;
+pub(super) use straight::Kept;
 use straight::Plans;
 
 use std::collections::{BTreeMap, HashMap};
@@ -81,7 +82,11 @@ pub fn grow(program: &Program, settings: &Settings) -> Result<Grown, Box<DcgErro
 /// # Errors
 /// As [`grow`], and where a glTF file reaches beyond what a part declares.
 pub fn grow_with(program: &Program, settings: &Settings, boxes: Boxes) -> Result<Grown, Box<DcgError>> {
-    Evaluator::new(program, settings, boxes, false).finish()
+    let mut evaluator = Evaluator::new(program, settings, boxes, false);
+    if let Some(plans) = program.kept.take() {
+        evaluator.plans = plans;
+    }
+    evaluator.finish()
 }
 
 /// A box that holds the model, without making triangles. A part that says `within` is not looked into; `boxes` are those of
@@ -129,6 +134,8 @@ struct Turtle {
 /// A file with values for its parameters.
 #[derive(Debug)]
 struct ModuleInstance {
+    /// No other has had this number.
+    serial: u32,
     /// The parameters that were given to it, with their values.
     given: Arc<[(String, Value)]>,
     values: Vec<Option<Value>>,
@@ -163,6 +170,11 @@ struct Evaluator<'p> {
     nesting: u32,
     stack: Vec<Value>,
     instances: Vec<ModuleInstance>,
+    /// How many there have been.
+    instances_made: u32,
+    /// For each module its expressions that are [settled](super::syntax::Plain::settled): the instance for which each was computed
+    /// last, by its serial number, and what it was.
+    settled: Vec<Vec<Option<(u32, f64)>>>,
     /// Files with their own defaults.
     default_instances: Vec<Option<usize>>,
     /// Instances and parts by what they were made with.
@@ -200,6 +212,12 @@ impl<'p> Evaluator<'p> {
             nesting: 0,
             stack: Vec::new(),
             instances: Vec::new(),
+            instances_made: 0,
+            settled: program
+                .modules
+                .iter()
+                .map(|module| vec![None; module.settled as usize])
+                .collect(),
             default_instances: vec![None; program.modules.len()],
             known: HashMap::new(),
             known_materials: BTreeMap::new(),
@@ -216,7 +234,11 @@ impl<'p> Evaluator<'p> {
     }
 
     fn finish(mut self) -> Outcome<Grown> {
-        self.grow_model()?;
+        let grown = self.grow_model();
+        if !self.measuring {
+            self.program.kept.put(self.plans);
+        }
+        grown?;
         self.usage.parts = self.parts.len() as u64;
         self.usage.materials = self.materials.len() as u64;
         self.usage.files = self.program.modules.len() as u64;

@@ -144,7 +144,9 @@ impl<'p> Evaluator<'p> {
             let (value, _) = given.as_ref()?;
             Some((name.clone(), value.clone()))
         });
+        self.instances_made += 1;
         self.instances.push(ModuleInstance {
+            serial: self.instances_made,
             given: those_given.collect(),
             values: vec![None; count],
             surfaces: vec![None; file.materials.len()],

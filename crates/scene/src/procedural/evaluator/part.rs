@@ -147,7 +147,9 @@ impl<'p> Evaluator<'p> {
     pub(super) fn note_recipe(&mut self, part: usize, material: usize, recipe: impl FnOnce(&Self) -> Recipe) {
         let made = &self.parts[part];
         let is_alone = made.placements.is_empty() && made.models.is_empty() && !made.meshes.is_empty();
-        if is_alone && (material == 0 || made.meshes.iter().all(|mesh| mesh.material != material)) {
+        let takes_paint = material != 0 && made.meshes.iter().any(|mesh| mesh.material == material);
+        self.parts[part].takes_paint = takes_paint;
+        if is_alone && !takes_paint {
             self.parts[part].recipe = Some(recipe(self));
         }
     }
@@ -203,6 +205,8 @@ impl<'p> Evaluator<'p> {
         if let Some(open) = open {
             self.open = open;
         }
+        // Its corners are rounded when they are written.
+        self.parts[part].bounds = self.parts[part].bounds.in_single();
         self.part = outer;
         Ok(())
     }

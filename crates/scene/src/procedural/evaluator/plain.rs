@@ -13,8 +13,9 @@ use crate::procedural::syntax::{At, Cost, Expr, Plain};
 use crate::procedural::value::Value;
 
 impl Expr {
-    /// The same, made ready to be computed at one go where that is possible and worth it.
-    pub(in crate::procedural) fn made_plain(self) -> Self {
+    /// The same, made ready to be computed at one go where that is possible and worth it. `settled` counts those that need no
+    /// more than the values of the file.
+    pub(in crate::procedural) fn made_plain(self, settled: &mut u32) -> Self {
         let cost = match &self {
             Self::Binary { .. } | Self::Minus(_) | Self::Not(_) | Self::BuiltIn { .. } => self.cost(),
             // As many steps as it has items, and as many more as these take.
@@ -22,8 +23,32 @@ impl Expr {
             _ => None,
         };
         match cost {
-            Some(cost) => Self::Plain(Box::new(Plain { of: self, cost })),
+            Some(cost) => {
+                let number = self.is_settled().then(|| {
+                    *settled += 1;
+                    *settled - 1
+                });
+                Self::Plain(Box::new(Plain {
+                    of: self,
+                    cost,
+                    settled: number,
+                }))
+            }
             None => self,
+        }
+    }
+
+    /// Whether it is a number that is made of values of the file, `detail` and numbers alone.
+    fn is_settled(&self) -> bool {
+        match self {
+            Self::Number(_) | Self::Global(_) | Self::Detail => true,
+            Self::Plain(plain) => plain.settled.is_some(),
+            Self::Minus(of) | Self::Not(of) => of.is_settled(),
+            Self::Binary { sides, .. } => sides.iter().all(Self::is_settled),
+            Self::BuiltIn { name, arguments, .. } => {
+                *name != BuiltIn::Random && arguments.iter().all(|argument| argument.of.is_settled())
+            }
+            _ => false,
         }
     }
 
@@ -100,10 +125,25 @@ impl Cost {
 impl<'p> Evaluator<'p> {
     /// A number; `what` it is for.
     pub(super) fn plain(&mut self, scope: &Scope, at: At, plain: &'p Plain, what: &'static str) -> Outcome<f64> {
-        match self.charged(plain.cost, |known| known.at_one_go(scope, &plain.of)) {
-            Some(number) => Ok(number),
-            None => self.number(scope, at, &plain.of, what),
+        let Some(settled) = plain.settled else {
+            return match self.charged(plain.cost, |known| known.at_one_go(scope, &plain.of)) {
+                Some(number) => Ok(number),
+                None => self.number(scope, at, &plain.of, what),
+            };
+        };
+        let serial = self.instances[scope.instance].serial;
+        let place = (scope.module, settled as usize);
+        let known = self.settled[place.0][place.1].filter(|(of, _)| *of == serial);
+        let number = known.and_then(|(_, number)| self.charged(plain.cost, |_| Some(number)));
+        if let Some(number) = number {
+            return Ok(number);
         }
+        let number = match self.charged(plain.cost, |known| known.at_one_go(scope, &plain.of)) {
+            Some(number) => number,
+            None => self.number(scope, at, &plain.of, what)?,
+        };
+        self.settled[place.0][place.1] = Some((serial, number));
+        Ok(number)
     }
 
     /// A list of so many rows of `N` numbers that a solid is made of; `None` when it is not, or not to be computed at one go.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{Declared, Parsed, Parser, unknown};
+use super::{Declared, Parsed, Parser, unknown, usage};
 use crate::procedural::lexer::Kind;
 use crate::procedural::operation::BuiltIn;
 use crate::procedural::problem::Problem;
@@ -54,7 +54,7 @@ impl<'t> Parser<'t> {
                 Kind::Name("let") => {
                     self.next += 1;
                     let (name, at) = self.declared_value("a name for the value")?;
-                    self.expect("=")?;
+                    self.expect_for("=", usage::VALUE)?;
                     let value = self.written()?;
                     let name = name.to_owned();
                     self.module.globals.push(Named { name, at, value });
@@ -119,12 +119,12 @@ impl<'t> Parser<'t> {
 
     fn parameter(&mut self) -> Parsed<()> {
         let (name, at) = self.declared_value("a name for the parameter")?;
-        self.expect("=")?;
+        self.expect_for("=", usage::VALUE)?;
         let from = self.peek().at as usize;
         let default = Some(self.written()?);
         let to = self.peek().at as usize;
         let range = if self.takes_word("from") {
-            Some(self.span()?)
+            Some(self.span(usage::RANGE)?)
         } else {
             None
         };
@@ -146,15 +146,15 @@ impl<'t> Parser<'t> {
     }
 
     /// `LEAST to MOST`
-    fn span(&mut self) -> Parsed<[Written; 2]> {
+    fn span(&mut self, usage: &str) -> Parsed<[Written; 2]> {
         let least = self.written()?;
-        self.expect_word("to")?;
+        self.expect_word("to", usage)?;
         Ok([least, self.written()?])
     }
 
     fn formals(&mut self) -> Parsed<Vec<Formal>> {
         let opened = self.peek().at;
-        self.expect("(")?;
+        self.expect_for("(", usage::FORMALS)?;
         let (mut formals, mut given) = (Vec::new(), Declared::default());
         while !self.takes(")") {
             let (name, at) = self.name("a name for a parameter")?;
@@ -176,7 +176,7 @@ impl<'t> Parser<'t> {
             } else {
                 Vec::new()
             };
-            parser.opens()?;
+            parser.opens(usage::PROPERTIES)?;
             let mut properties = Vec::new();
             while !parser.closes() {
                 if let Some(word) = parser.declares() {
@@ -198,7 +198,7 @@ impl<'t> Parser<'t> {
                 if properties.iter().any(|(given, _)| given == property) {
                     return Err((at, Problem::ArgumentTwice(name.to_owned())));
                 }
-                parser.expect("=")?;
+                parser.expect_for("=", usage::VALUE)?;
                 properties.push((*property, parser.written()?));
                 parser.takes(",");
             }
@@ -218,7 +218,7 @@ impl<'t> Parser<'t> {
         let (name, _) = self.declared("a name for the function")?;
         let ((formals, value), slots) = self.framed(|parser| {
             let formals = parser.formals()?;
-            parser.expect("=")?;
+            parser.expect_for("=", usage::VALUE_OF_FUNCTION)?;
             Ok((formals, parser.written()?))
         })?;
         let name = name.to_owned();
@@ -249,7 +249,7 @@ impl<'t> Parser<'t> {
                 if !is_part {
                     return Err((within_at, Problem::WithinOfRule));
                 }
-                Some(parser.span()?)
+                Some(parser.span(usage::WITHIN)?)
             } else {
                 None
             };
@@ -301,7 +301,8 @@ impl<'t> Parser<'t> {
 
 /// The same file, however its path is written: with `./` before it, or through folders that it leaves again. One that leaves
 /// the folder of the first file keeps what it leaves it by.
-pub(super) fn tidied(path: &str) -> String {
+#[must_use]
+pub fn tidied(path: &str) -> String {
     let path = path.trim_start_matches("./");
     let mut parts: Vec<&str> = Vec::new();
     if !path.split('/').any(|part| part == "..") {

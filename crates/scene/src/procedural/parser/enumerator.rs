@@ -1,6 +1,7 @@
 //! What is done many times, and where? Loops, populations, edges of polygons and height fields.
 
-use super::{Declared, Parsed, Parser};
+use super::{Declared, Parsed, Parser, usage};
+use crate::procedural::lexer::Kind;
 use crate::procedural::problem::Problem;
 use crate::procedural::syntax::{At, Statement, Written};
 
@@ -45,16 +46,16 @@ impl<'t> Parser<'t> {
         let mut given = Declared::default();
         let first = self.name("a name for x")?;
         given.add(self.text, first)?;
-        self.expect(",")?;
+        self.expect_for(",", usage::SECOND_NAME)?;
         let second = self.name("a name for z")?;
         given.add(self.text, second)?;
         Ok([first.0, second.0])
     }
 
     /// `WIDTH by DEPTH`
-    fn extent(&mut self) -> Parsed<[Written; 2]> {
+    fn extent(&mut self, usage: &str) -> Parsed<[Written; 2]> {
         let width = self.written()?;
-        self.expect_word("by")?;
+        self.expect_word("by", usage)?;
         Ok([width, self.written()?])
     }
 
@@ -62,22 +63,31 @@ impl<'t> Parser<'t> {
         names.iter().map(|name| self.bind(name)).collect()
     }
 
+    /// Whether what was read goes on as a range, and not with a call of what is called `to`.
+    fn is_range(&self) -> bool {
+        let behind = self.words.get(self.next + 1).map(|word| word.kind);
+        self.is_word("to") && !matches!(behind, Some(Kind::Symbol("(" | ".")))
+    }
+
     pub(super) fn repetition(&mut self, at: At) -> Parsed<Many> {
         let names = self.names()?;
-        self.expect_word("in")?;
+        self.expect_word("in", usage::FOR)?;
         let site = self.site();
         let over = self.written()?;
         let slots = self.bind_all(&names);
+        if self.is_range() {
+            return Err((self.peek().at, Problem::RangeOfLoop));
+        }
         Ok(Many::For { at, site, slots, over })
     }
 
     pub(super) fn scattering(&mut self, at: At) -> Parsed<Many> {
         let site = self.site();
         let count = self.written()?;
-        self.expect_word("as")?;
+        self.expect_word("as", usage::SCATTER)?;
         let names = self.two_names()?;
-        self.expect_word("in")?;
-        let over = self.extent()?;
+        self.expect_word("in", usage::SCATTER)?;
+        let over = self.extent(usage::SCATTER)?;
         let slots = names.map(|name| self.bind(name));
         Ok(Many::Scatter {
             at,
@@ -99,7 +109,7 @@ impl<'t> Parser<'t> {
                 },
             ));
         }
-        self.expect_word("in")?;
+        self.expect_word("in", usage::EDGES)?;
         let site = self.site();
         let polygon = self.written()?;
         let slots = self.bind_all(&names);
@@ -159,13 +169,13 @@ impl<'t> Parser<'t> {
 
     pub(super) fn heights(&mut self, at: At) -> Parsed<Statement> {
         let names = self.two_names()?;
-        self.expect_word("in")?;
-        let over = self.extent()?;
-        self.expect_word("steps")?;
+        self.expect_word("in", usage::HEIGHTS)?;
+        let over = self.extent(usage::HEIGHTS)?;
+        self.expect_word("steps", usage::HEIGHTS)?;
         let along = self.written_before_sign()?;
-        self.expect_word("by")?;
+        self.expect_word("by", usage::HEIGHTS)?;
         let steps = [along, self.written_before_sign()?];
-        self.expect("=")?;
+        self.expect_for("=", usage::VALUE)?;
         let reach = self.scope.len();
         let slots = names.map(|name| self.bind(name));
         let height = self.written()?;

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::{OPERATORS, Parsed, Parser};
+use super::{OPERATORS, Parsed, Parser, usage};
 use crate::procedural::lexer::Kind;
 use crate::procedural::limits::{MAX_CHAIN, reached};
 use crate::procedural::operation::{BuiltIn, Operator};
@@ -41,14 +41,14 @@ impl Parser<'_> {
         while self.takes_word("if") {
             let [condition, then] = self.nested(|parser| {
                 let condition = parser.expression()?;
-                parser.expect_word("then")?;
+                parser.expect_word("then", usage::IF)?;
                 Ok([condition, parser.expression()?])
             })?;
-            self.expect_word("else")?;
+            self.expect_word("else", usage::IF)?;
             self.surrounds()?;
             chain.push([condition, then]);
         }
-        let last = self.disjunction()?.made_plain();
+        let last = self.disjunction()?.made_plain(&mut self.module.settled);
         self.around -= chain.len() as u32;
         let branches = chain.into_iter().rev();
         Ok(branches.fold(last, |otherwise, [condition, then]| {

@@ -9,6 +9,7 @@ mod enumerator;
 mod expression;
 mod reach;
 mod statement;
+mod usage;
 
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
@@ -20,6 +21,7 @@ use super::problem::Problem;
 use super::spelling::nearest;
 use super::syntax::{Argument, At, Module, Written};
 use declaration::DECLARATIONS;
+pub use declaration::tidied;
 use reach::Reach;
 
 type Parsed<T> = Result<T, (At, Problem)>;
@@ -124,17 +126,22 @@ impl<'t> Parser<'t> {
     }
 
     fn expect(&mut self, symbol: &str) -> Parsed<()> {
+        self.expect_for(symbol, &format!("`{symbol}`"))
+    }
+
+    /// A sign, without which `what` is missing.
+    fn expect_for(&mut self, symbol: &str, what: &str) -> Parsed<()> {
         if self.takes(symbol) {
             Ok(())
         } else {
-            self.expected(format!("`{symbol}`"))
+            self.expected(what)
         }
     }
 
-    /// An opening brace.
-    fn opens(&mut self) -> Parsed<()> {
+    /// An opening brace, without which `what` is missing.
+    fn opens(&mut self, what: &str) -> Parsed<()> {
         self.open.push(self.peek().at);
-        self.expect("{")
+        self.expect_for("{", what)
     }
 
     /// Whether the brace that was opened last is closed here.
@@ -169,11 +176,12 @@ impl<'t> Parser<'t> {
         Err((self.peek().at, problem))
     }
 
-    fn expect_word(&mut self, word: &str) -> Parsed<()> {
+    /// A word that stands where it does in `usage`.
+    fn expect_word(&mut self, word: &str, usage: &str) -> Parsed<()> {
         if self.takes_word(word) {
             Ok(())
         } else {
-            self.expected(format!("`{word}`"))
+            self.expected(format!("`{word}`, as in `{usage}`"))
         }
     }
 

@@ -3,25 +3,13 @@
 use super::declaration::{DECLARATIONS, STATEMENTS, is_blank, is_reserved, tidied};
 use super::enumerator::Many;
 use super::expression::unnamed;
+use super::usage::{self, LATER, MATERIAL};
 use super::{Parsed, Parser};
 use crate::procedural::lexer::Kind;
 use crate::procedural::problem::Problem;
 use crate::procedural::solid::{Formals, IMPOSTOR, SolidKind};
 use crate::procedural::spelling::nearest;
 use crate::procedural::syntax::{At, Statement, Transform, Wanted, Written};
-
-/// Words that stand inside of a statement or declaration, with one that has them.
-const LATER: [(&str, &str); 8] = [
-    ("as", "scatter 60 as x, z in 180 by 180 box(1, 1, 1)"),
-    ("by", "scatter 60 as x, z in 180 by 180 box(1, 1, 1)"),
-    ("from", "parameter height = 8 from 3 to 20"),
-    ("in", "for i in 10 box(1, 1, 1)"),
-    ("levels", "rule branch() levels 4 { … }"),
-    ("steps", "heights x, z in 50 by 50 steps 20 by 20 = 0"),
-    ("to", "parameter height = 8 from 3 to 20"),
-    ("within", "part tree() within [-1, 0, -1] to [1, 3, 1] { … }"),
-];
-const MATERIAL: &str = "the name of a material, declared as in `material red { colour = #f00 }`";
 
 fn no_statement(word: &str) -> Problem {
     let later = LATER.into_iter().find(|(later, _)| *later == word);
@@ -194,13 +182,13 @@ impl<'t> Parser<'t> {
             return self.misplaced(word);
         }
         let Kind::Name(word) = token.kind else {
-            return self.expected("a statement, such as `box(1, 2, 1)` or a rule with its arguments");
+            return self.expected(usage::STATEMENT);
         };
         self.next += 1;
         match word {
             "let" => {
                 let (name, _) = self.name("a name for the value")?;
-                self.expect("=")?;
+                self.expect_for("=", usage::VALUE)?;
                 let value = self.written()?;
                 let slot = self.bind(name);
                 Ok(Statement::Let {
@@ -211,7 +199,7 @@ impl<'t> Parser<'t> {
             }
             "choose" => {
                 let number = self.written()?;
-                let of = self.statements()?;
+                let of = self.statements(usage::CHOICES)?;
                 // Only the chosen one is done: what a value of the braces were, would not be computed.
                 if let Some(at) = of.iter().find_map(Statement::let_at) {
                     return Err((at, Problem::LetInChoose));
@@ -264,11 +252,11 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    /// Statements in braces; what they bind is out of reach behind them.
-    fn statements(&mut self) -> Parsed<Vec<Statement>> {
+    /// Statements in braces, without which `what` is missing; what they bind is out of reach behind them.
+    fn statements(&mut self, what: &str) -> Parsed<Vec<Statement>> {
         let opened = self.peek().at;
         self.nested(|parser| {
-            parser.opens()?;
+            parser.opens(what)?;
             let reach = parser.scope.len();
             let mut statements = Vec::new();
             while !parser.closes() {
@@ -283,7 +271,7 @@ impl<'t> Parser<'t> {
     }
 
     pub(super) fn block(&mut self) -> Parsed<Statement> {
-        let of = self.statements()?;
+        let of = self.statements(usage::BODY)?;
         let plan = self.plan();
         Ok(Statement::Group { of, plan })
     }

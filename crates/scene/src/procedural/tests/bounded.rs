@@ -184,3 +184,23 @@ fn texts_of_all_files_together_are_bounded() {
     let wanted = "line 2, column 8: more than 4194304 bytes of text in all files; leave out what is not used";
     assert!(error.to_string().contains(wanted), "{error}");
 }
+
+/// What is written in single precision lies in the bounds, also where the part that it is in is placed.
+#[test]
+fn bounds_hold_corners_as_they_are_written() {
+    let solid = "move(0.1, 100000.3, 0) box(1, 1, 1)";
+    for text in [solid.to_owned(), format!("part p() {{ {solid} }} scale(0.3) p()")] {
+        let model = grown(&text);
+        let bounds = model.parts[0].bounds;
+        for instance in model.instances() {
+            let corners = model.parts[instance.part]
+                .meshes
+                .iter()
+                .flat_map(|mesh| &mesh.positions);
+            for corner in corners {
+                let corner = instance.world_from_part.point(corner.map(f64::from));
+                assert!(bounds.contains(corner), "{text}: {corner:?}, {bounds:?}");
+            }
+        }
+    }
+}

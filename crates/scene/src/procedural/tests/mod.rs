@@ -4,7 +4,7 @@ mod bounded;
 mod placed;
 mod told;
 
-use super::{DcgError, Grown, Limits, NoImports, Program, Settings, Value, bounds, grow};
+use super::{DcgError, Grown, Limits, Loader, NoImports, Program, Settings, Value, bounds, grow};
 
 fn read(text: &str) -> Result<Program, Box<DcgError>> {
     Program::read("test.dcg", text.to_owned(), &NoImports)
@@ -182,6 +182,30 @@ fn random_numbers_depend_on_the_place_and_the_seed_only() {
         .map(|die| (die[0][0] - die[12][0]).abs().to_bits())
         .collect();
     assert!(widths.len() > 3);
+}
+
+#[test]
+fn what_stays_the_same_in_a_file_is_another_number_with_other_parameters() {
+    struct Leaf;
+    impl Loader for Leaf {
+        fn load(&self, _: &str) -> Result<String, String> {
+            Ok(
+                "parameter a = 1 parameter b = 2 * a let c = b + 1 part in(n) { box(b, 2 * c, n) } in(2 * b)"
+                    .to_owned(),
+            )
+        }
+    }
+    // The second is known when its parameters are, and leaves its place to the third.
+    let text = "import \"leaf.dcg\" as leaf leaf(a = 5) leaf(a = 5) leaf(a = 7) leaf.in(1)";
+    let program = Program::read("test.dcg", text.to_owned(), &Leaf).unwrap();
+    for _ in 0..2 {
+        let grown = grow(&program, &Settings::default()).unwrap();
+        let boxes = grown.parts.iter().filter(|part| !part.meshes.is_empty());
+        let sizes: Vec<_> = boxes
+            .map(|part| [0, 1, 2].map(|i| part.bounds.max[i] - part.bounds.min[i]))
+            .collect();
+        assert_eq!(sizes, [[10.0, 22.0, 20.0], [14.0, 30.0, 28.0], [2.0, 6.0, 1.0]]);
+    }
 }
 
 #[test]

@@ -13,6 +13,8 @@ pub(super) struct Materials {
     count: u32,
     same: Nibble,
     which: Nibble,
+    /// Where each new triangle stands in the star of the new vertex.
+    places: Vec<u32>,
 }
 
 impl Materials {
@@ -22,6 +24,7 @@ impl Materials {
             count,
             same: Nibble::default(),
             which: Nibble::default(),
+            places: Vec::new(),
         }
     }
 
@@ -49,10 +52,17 @@ impl Materials {
         split: Done,
     ) {
         let star = mesh.stars.of(mesh.points[split.new as usize].star);
-        for triangle in split.first..mesh.triangles.len() as u32 {
+        self.places.clear();
+        self.places.resize(mesh.triangles.len() - split.first as usize, 0);
+        for (place, &triangle) in (0..).zip(star) {
+            let new = triangle.checked_sub(split.first);
+            if let Some(known) = new.and_then(|new| self.places.get_mut(new as usize)) {
+                *known = place;
+            }
+        }
+        for (triangle, &at) in (split.first..).zip(&self.places) {
             // As the triangle before it around the new vertex, or else the next one that is known.
-            let at = star.iter().position(|&t| t == triangle).unwrap_or(0);
-            let (behind, ahead) = star.split_at(at);
+            let (behind, ahead) = star.split_at(at as usize);
             let near = behind.iter().rev().chain(ahead).find(|&&t| t < triangle);
             let expected = near.map_or(0, |&t| self.of[t as usize]);
             let given = script.as_mut().map_or(0, |script| script.material(triangle));

@@ -15,6 +15,7 @@ mod wedges;
 
 pub use channel::{Channel, ChannelKind};
 
+use super::looks::Looks;
 use super::mesh::Mesh;
 use super::rans::Coder;
 use super::replay::Damage;
@@ -106,6 +107,7 @@ impl Attributes {
         mesh: &Mesh,
         mut script: Option<&mut S>,
         split: Done,
+        looks: &mut Looks,
     ) -> Result<(), Damage> {
         if self.materials.are_told() {
             self.materials.code(coder, mesh, script.as_deref_mut(), split);
@@ -114,7 +116,8 @@ impl Attributes {
             return Ok(());
         }
         let told = self.values.wedges();
-        self.wedges.code(coder, mesh, script.as_deref_mut(), split, told);
+        self.wedges
+            .code(coder, mesh, script.as_deref_mut(), (split, told), looks);
         for i in 0..self.wedges.pending() {
             self.wedges.gather(i, &mut self.telling);
             let telling = (&self.telling[..], split);

@@ -2,6 +2,7 @@
 //!
 //! Where there is no seam all corners answer as expected, which one bit says of a whole split.
 
+use super::super::looks::Looks;
 use super::super::mesh::{Mesh, NONE};
 use super::super::model::{Bit, Nibble};
 use super::super::rans::Coder;
@@ -31,6 +32,8 @@ enum Why {
 struct Question {
     vertex: u32,
     corner: Corner,
+    /// Where its triangle stands in its vertex's star, if that is known.
+    place: u32,
     why: Why,
 }
 
@@ -86,8 +89,8 @@ impl Wedges {
         coder: &mut C,
         mesh: &Mesh,
         script: Option<&mut S>,
-        split: Done,
-        told: u32,
+        (split, told): (Done, u32),
+        looks: &mut Looks,
     ) {
         self.corners.resize(mesh.triangles.len(), [NONE; 3]);
         self.latest.resize(mesh.points.len(), NONE);
@@ -99,22 +102,26 @@ impl Wedges {
             return;
         }
         if let Some(script) = script {
-            self.answer(coder, mesh, script, seams);
+            self.answer(coder, mesh, script, (seams, looks));
             return;
         }
         let is_usual = coder.bit(&mut self.usual[seams], false);
         let own = mesh.valence(split.new);
         let shared = if is_usual { self.share(split.new, own) } else { 0 };
         for i in shared..self.questions.len() {
-            let Question { vertex, corner, why } = self.questions[i];
-            let count = self.count_present(vertex);
+            let question = self.questions[i];
+            let count = self.count_present(question.vertex);
             let rank = if is_usual || count == 0 {
                 0
             } else {
-                coder.symbol(&mut self.rank[why as usize][count.min(3)], 0).min(count)
+                let models = &mut self.rank[question.why as usize];
+                coder.symbol(&mut models[count.min(3)], 0).min(count)
             };
-            self.find_present(mesh, vertex, corner.0, rank + 1);
-            self.settle(self.questions[i], rank);
+            let wedge = (rank < count).then(|| {
+                self.find_present(mesh, question, rank + 1, looks);
+                self.present[rank.min(self.present.len() - 1)]
+            });
+            self.settle(question, wedge);
         }
     }
 
@@ -134,16 +141,22 @@ impl Wedges {
     }
 
     /// A writer's answers. Each depends on those before, so all are found before they are told.
-    fn answer<C: Coder, S: Script>(&mut self, coder: &mut C, mesh: &Mesh, script: &mut S, seams: usize) {
+    fn answer<C: Coder, S: Script>(
+        &mut self,
+        coder: &mut C,
+        mesh: &Mesh,
+        script: &mut S,
+        (seams, looks): (usize, &mut Looks),
+    ) {
         self.answers.clear();
         for i in 0..self.questions.len() {
             let question = self.questions[i];
             let Question { vertex, corner, .. } = question;
             let count = self.count_present(vertex);
-            self.find_present(mesh, vertex, corner.0, count);
+            self.find_present(mesh, question, count, looks);
             let rank = script.wedge(vertex, corner.0, &self.present).unwrap_or(count);
             self.answers.push((count, rank));
-            self.settle(question, rank);
+            self.settle(question, self.present.get(rank).copied());
         }
         let is_usual = self.answers.iter().all(|&(_, rank)| rank == 0);
         coder.bit(&mut self.usual[seams], is_usual);
@@ -162,7 +175,7 @@ impl Wedges {
         self.questions.clear();
         let mut seams = usize::from(self.count_present(split.old) > 1);
         let mut beside = NONE;
-        for &triangle in mesh.stars.of(mesh.points[split.new as usize].star) {
+        for (place, &triangle) in (0..).zip(mesh.stars.of(mesh.points[split.new as usize].star)) {
             let side = side_of(mesh, triangle, split.new);
             // The corners of moved triangles still hold wedges of the old vertex.
             let was = std::mem::replace(&mut self.corners[triangle as usize][side], NONE);
@@ -178,6 +191,7 @@ impl Wedges {
             self.questions.push(Question {
                 vertex: split.new,
                 corner: (triangle, side, was),
+                place,
                 why,
             });
         }
@@ -192,6 +206,7 @@ impl Wedges {
                     self.questions.push(Question {
                         vertex,
                         corner: (triangle, side, NONE),
+                        place: NONE,
                         why,
                     });
                 }
@@ -200,19 +215,17 @@ impl Wedges {
         seams
     }
 
-    /// Gives a corner the wedge of this rank among those that were just found to be present, or a new one.
-    fn settle(&mut self, question: Question, rank: usize) {
+    /// Gives a corner a wedge, or a new one.
+    fn settle(&mut self, question: Question, present: Option<u32>) {
         let Question { vertex, corner, .. } = question;
         let (triangle, side, _) = corner;
-        let wedge = if let Some(&present) = self.present.get(rank) {
-            present
-        } else {
+        let wedge = present.unwrap_or_else(|| {
             let latest = &mut self.latest[vertex as usize];
             self.pending.push((NONE, NONE));
             self.before.push(*latest);
             *latest = self.before.len() as u32 - 1;
             self.told + self.pending.len() as u32 - 1
-        };
+        });
         self.corners[triangle as usize][side] = wedge;
         if wedge >= self.told {
             let place = self.asked.len() as u32;
@@ -237,19 +250,26 @@ impl Wedges {
         count
     }
 
-    /// The first `count` wedges of a vertex: from a triangle's place in its star to both sides in turn, then any others,
-    /// latest first.
-    fn find_present(&mut self, mesh: &Mesh, vertex: u32, triangle: u32, count: usize) {
+    /// The first `count` wedges of a question's vertex: from its triangle's place in the star to both sides in turn, then
+    /// any others, latest first. Just the latest when nothing more may be looked at.
+    fn find_present(&mut self, mesh: &Mesh, question: Question, count: usize, looks: &mut Looks) {
         self.present.clear();
-        let latest = self.latest[vertex as usize];
+        let latest = self.latest[question.vertex as usize];
         // Nearly always there is one at most.
-        if self.before.get(latest as usize).is_none_or(|&before| before == NONE) {
+        let is_one = self.before.get(latest as usize).is_none_or(|&before| before == NONE);
+        if is_one || looks.are_used_up() {
             self.add_present(latest);
             return;
         }
+        let vertex = question.vertex;
         let star = mesh.stars.of(mesh.points[vertex as usize].star);
-        let mut behind = star.iter().position(|&t| t == triangle).unwrap_or(0);
-        let mut ahead = behind + 1;
+        let at = if question.place == NONE {
+            looks.take_for_search(star.len());
+            star.iter().position(|&t| t == question.corner.0).unwrap_or(0)
+        } else {
+            question.place as usize
+        };
+        let (mut behind, mut ahead) = (at, at + 1);
         while self.present.len() < count && (behind > 0 || ahead < star.len()) {
             if behind > 0 {
                 behind -= 1;
@@ -261,6 +281,7 @@ impl Wedges {
                 self.add_present(self.corners[t as usize][side_of(mesh, t, vertex)]);
             }
         }
+        looks.take(ahead - behind);
         // A wedge that no corner has at the moment may come back.
         let mut wedge = latest;
         while wedge != NONE && self.present.len() < count {

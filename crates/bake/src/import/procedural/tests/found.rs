@@ -5,6 +5,7 @@ use serde_json::json;
 
 use super::super::{Ground, plant};
 use super::{Beside, GATE, names, read, rules};
+use crate::growable::Growable;
 use crate::import::testing::Gltf;
 use crate::import::{Limits, SourceFiles};
 use crate::progress::Silent;
@@ -166,4 +167,50 @@ fn no_mistake_of_rules_at_a_node_ends_the_import() {
     let imported = read("scene.glb", gltf.glb(), &files).unwrap();
     let kind = "`parameters` or `seed` without `procedural`, which names the rules: ignored";
     assert_eq!(imported.defects.count(kind), 1);
+}
+
+#[test]
+fn what_keeps_a_model_from_being_grown_alone_is_counted() {
+    let files = [("bench.glb", Gltf::triangle().glb())];
+    let text = "material red { colour = #f00 }
+        part own() { paint red box(1, 1, 1) }
+        part worn() { box(1, 2, 1) }
+        part both() { box(1, 3, 1) own() }
+        own() paint red move(3, 0, 0) worn() move(6, 0, 0) both() called \"door:a\" box(1, 1, 2) model \"bench.glb\"";
+    let scene = rules(text, &files).unwrap().scene;
+    let growable = Growable::of(&scene);
+    assert_eq!(
+        growable.sentence().unwrap(),
+        "1 of 5 models can be grown by clients; 1 take what their caller paints them with; 2 are `called` something or hold other parts"
+    );
+    let plain = read("a.glb", Gltf::triangle().glb(), &[]).unwrap();
+    assert_eq!(Growable::of(&plain.scene).sentence(), None);
+}
+
+#[test]
+fn bytes_of_placed_models_count_with_what_the_rules_made() {
+    let (limits, files) = (
+        Limits::default(),
+        Beside([("bench.glb", Gltf::triangle().glb())].into()),
+    );
+    let ground = Ground {
+        files: &files,
+        limits: &limits,
+        progress: &Silent,
+    };
+    let text = "box(1, 1, 1) for i in 3 move(2 * i, 0, 0) model \"bench.glb\"";
+    let growth = plant("world.dcg", text.into(), &Settings::default(), ground).unwrap();
+    assert_eq!(growth.explicit_bytes, 24 * 12 + 12 * 6 + 3 * (3 * 12 + 6));
+}
+
+#[test]
+fn why_rules_draw_nothing_is_said() {
+    for (text, wanted) in [
+        ("rule r() { box(1, 1, 1) }", "a rule draws when it is called"),
+        ("called \"cell:a\" box(1, 1, 1)", "is for the bake and no object"),
+        ("box(0, 0, 0)", "none of their triangles has an area"),
+    ] {
+        let error = rules(text, &[]).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
 }

@@ -2,7 +2,7 @@
 //! is that, leaves of a spray, windows of a wall, the heights of a field. When the traversal first comes to such a statement
 //! it becomes a [`Plan`] ([`mod@plan`], [`solids`]): a list of solids, and the operations that give their numbers ([`code`]), made
 //! of its expressions ([`compile`], [`emit`]). [`fill`] puts the numbers in, [`sheaf`] places triangles of all turns at once,
-//! both with [`mod@widest`] vectors, [`added`] hands them on, and [`memory`] keeps what is asked for again. Branches carry branches: what leads to a part
+//! both with [`mod@widest`] vectors, [`added`] hands them on, [`memory`] keeps what is asked for again, and [`mod@kept`] the plans. Branches carry branches: what leads to a part
 //! or to a rule with `levels` is done at one go too, and [`tail`] goes on from there.
 //!
 //! It is known beforehand what such a visit takes, so limits are asked once for all of it. Where anything is amiss nothing
@@ -13,6 +13,7 @@ mod code;
 mod compile;
 mod emit;
 mod fill;
+mod kept;
 mod memory;
 mod plan;
 mod sheaf;
@@ -25,6 +26,7 @@ mod widest;
 use std::ops::Range;
 
 use code::{Code, Columns, Known};
+pub(in crate::procedural) use kept::Kept;
 use memory::Memory;
 use plan::{Plan, Slope, plan, slope};
 use widest::compute;
@@ -33,6 +35,7 @@ use super::statement::MAX_LENGTH as FARTHEST;
 use super::{Evaluator, Outcome, Scope, Turtle};
 use crate::procedural::random::step;
 use crate::procedural::syntax::{Cost, Expr, Statement};
+use crate::procedural::value::Value;
 
 /// Most nodes of a model that are looked at to make plans: so that a text of many rules that call each other takes no longer.
 const MOST_WORK: u32 = 1 << 20;
@@ -50,20 +53,23 @@ const LONGEST: f64 = 1e8;
 pub(super) enum Planning {
     #[default]
     Untried,
-    /// It makes choices, or something was amiss with it.
+    /// It makes choices.
     Refused,
+    /// It is being visited, or something was amiss with a visit.
+    Amiss,
     Ready(Box<Plan>),
     Field(Box<Slope>),
 }
 
 /// Plans, and room to compute in.
-#[derive(Debug)]
-pub(super) struct Plans {
+#[derive(Debug, Default)]
+pub(in crate::procedural) struct Plans {
     /// For each module one for each statement that may have one.
     of: Vec<Vec<Planning>>,
     work: u32,
     made: u32,
-    room: Room,
+    /// Missing while something is computed in it.
+    room: Option<Box<Room>>,
     /// Numbers of turns that the traversal has yet to come to; those of inner loops behind those of outer ones.
     ahead: Vec<f64>,
 }
@@ -114,13 +120,29 @@ pub(super) struct Turns<'t> {
     pub(super) count: usize,
     /// The path of turn 0 and on comes from this, by the number of the turn; that of the scope when there is no loop.
     pub(super) path: Option<u32>,
-    /// What a turn gives to each slot.
-    pub(super) given: &'t dyn Fn(usize, usize) -> f64,
+    pub(super) given: Given<'t>,
+}
+
+/// What a turn gives to each slot.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Given<'t> {
+    /// Its number.
+    Number,
+    /// An item, which is a number, or a list of one for each slot.
+    Items(&'t [Value]),
 }
 
 impl Turns<'_> {
     fn path_of(&self, scope: &Scope, turn: usize) -> u32 {
         self.path.map_or(scope.path, |path| step(path, turn as u32))
+    }
+}
+
+/// What an item of a list gives to a slot.
+fn number_of(item: &Value, slot: usize) -> f64 {
+    match item {
+        Value::Number(number) => *number,
+        Value::List(items, _) => number_of(&items[slot], 0),
     }
 }
 
@@ -137,10 +159,7 @@ impl Plans {
         let untried = |count: u32| (0..count).map(|_| Planning::Untried).collect();
         Self {
             of: counts.map(untried).collect(),
-            work: 0,
-            made: 0,
-            room: Room::default(),
-            ahead: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -152,7 +171,7 @@ impl Plans {
     }
 
     fn take(&mut self, module: usize, id: u32) -> Planning {
-        std::mem::replace(&mut self.of[module][id as usize], Planning::Refused)
+        std::mem::replace(&mut self.of[module][id as usize], Planning::Amiss)
     }
 
     fn put(&mut self, module: usize, id: u32, planning: Planning) {
@@ -163,13 +182,16 @@ impl Plans {
 impl<'p> Evaluator<'p> {
     /// Visits a statement; whether that was possible.
     pub(super) fn at_once(&mut self, scope: &Scope, turtle: &Turtle, id: u32, of: &'p Statement) -> Outcome<bool> {
-        if matches!(self.plans.of[scope.module][id as usize], Planning::Refused) {
+        if matches!(
+            self.plans.of[scope.module][id as usize],
+            Planning::Refused | Planning::Amiss
+        ) {
             return Ok(false);
         }
         let turns = Turns {
             count: 1,
             path: None,
-            given: &|_, _| 0.0,
+            given: Given::Number,
         };
         Ok(self.turns(scope, turtle, (id, &[], of), &turns)? == 1)
     }
@@ -193,10 +215,16 @@ impl<'p> Evaluator<'p> {
                 self.plans.work += work;
                 match plan {
                     Some(plan) => Box::new(plan),
-                    None => return Ok(0),
+                    None => {
+                        self.plans.put(scope.module, id, Planning::Refused);
+                        return Ok(0);
+                    }
                 }
             }
-            _ => return Ok(0),
+            other => {
+                self.plans.put(scope.module, id, other);
+                return Ok(0);
+            }
         };
         let Some(materials) = self.known_paints(scope, &made.paints) else {
             self.plans.put(scope.module, id, Planning::Ready(made));
@@ -246,7 +274,7 @@ impl<'p> Evaluator<'p> {
         if range.is_empty() || is_too_far(plan, turtle) {
             return Ok(range.start);
         }
-        let mut room = std::mem::take(&mut self.plans.room);
+        let mut room = self.plans.room.take().unwrap_or_default();
         let mut columns = room.columns::<N>(&plan.code);
         let mut done = range.start;
         while done < range.end {
@@ -285,13 +313,13 @@ impl<'p> Evaluator<'p> {
                     // What its nodes say of it, visited one by one, names the calls that led there too.
                     self.usage.triangles = triangles;
                     self.usage.steps = before + u64::from(plan.cost.steps) * place as u64;
-                    self.plans.room = room;
+                    self.plans.room = Some(room);
                     return Ok(done + place);
                 }
             }
             done += count;
         }
-        self.plans.room = room;
+        self.plans.room = Some(room);
         Ok(done)
     }
 
@@ -312,10 +340,16 @@ impl<'p> Evaluator<'p> {
         }
         // Places that are left over do what the last turn does.
         let turn = |place: usize| (range.start + place).min(range.end - 1);
-        for slot in 0..plan.inputs {
-            columns.numbers[frame.len() + slot] = std::array::from_fn(|place| (turns.given)(turn(place), slot));
+        for (slot, numbers) in columns.numbers[frame.len()..][..plan.inputs].iter_mut().enumerate() {
+            *numbers = match turns.given {
+                Given::Number => std::array::from_fn(|place| turn(place) as f64),
+                Given::Items(items) => std::array::from_fn(|place| number_of(&items[turn(place)], slot)),
+            };
         }
-        columns.paths[0] = std::array::from_fn(|place| turns.path_of(scope, turn(place)));
+        columns.paths[0] = match turns.path {
+            Some(path) => std::array::from_fn(|place| step(path, turn(place) as u32)),
+            None => [scope.path; N],
+        };
         let to_place = if self.measuring { &mut [] } else { &mut plan.solids[..] };
         compute(columns, (&plan.code, are_first), &self.known(scope), to_place)
     }
@@ -336,10 +370,16 @@ impl<'p> Evaluator<'p> {
                 self.plans.work += work;
                 match slope {
                     Some(slope) => Box::new(slope),
-                    None => return false,
+                    None => {
+                        self.plans.put(scope.module, id, Planning::Refused);
+                        return false;
+                    }
                 }
             }
-            _ => return false,
+            other => {
+                self.plans.put(scope.module, id, other);
+                return false;
+            }
         };
         let is_done = self.row_at_once(scope, &mut made, (x, z), (count, heights));
         if is_done {
@@ -358,7 +398,7 @@ impl<'p> Evaluator<'p> {
         let Some((steps, nesting, levels)) = self.affordable(scope, slope.cost, slope.levels, count as usize) else {
             return false;
         };
-        let mut room = std::mem::take(&mut self.plans.room);
+        let mut room = self.plans.room.take().unwrap_or_default();
         let mut columns = room.columns::<WIDE>(&slope.code);
         let known = self.known(scope);
         columns.numbers[1] = [z; WIDE];
@@ -378,7 +418,7 @@ impl<'p> Evaluator<'p> {
         if is_sound {
             self.pay(steps, nesting, levels);
         }
-        self.plans.room = room;
+        self.plans.room = Some(room);
         is_sound
     }
 

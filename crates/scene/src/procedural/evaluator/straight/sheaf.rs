@@ -14,7 +14,9 @@ use crate::procedural::solid::Mesh;
 pub(super) struct Sheaf {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
-    /// Whether the frame of a turn turns left into right.
+    /// The corners of all triangles by the numbers of the vertices, in so many turns as there were at most, and for which frames:
+    /// whether that of a turn turns left into right.
+    corners: Vec<u32>,
     mirrored: Vec<bool>,
     /// Boxes that hold it: for each turn the least x, then for each the most x, and so on up to the most z.
     ends: Vec<f64>,
@@ -69,8 +71,14 @@ impl Sheaf {
                 *normals = [direction.each_ref().map(|along| along[turn]); 3];
             }
         }
-        self.mirrored.clear();
-        self.mirrored.extend(mirrored);
+        if self.mirrored.get(..N) != Some(&mirrored[..]) {
+            self.mirrored.clear();
+            self.mirrored.extend(mirrored);
+            self.corners.clear();
+            let turns = mirrored.iter().enumerate();
+            let corners = turns.flat_map(|(turn, &mirrored)| corners_of(turn * self.vertices, self.vertices, mirrored));
+            self.corners.extend(corners);
+        }
         self.ends.resize(6 * N, 0.0);
         let ends = self.ends.as_chunks_mut::<N>().0.as_chunks_mut::<2>().0;
         put_bounds(frame, (0..points as u32).map(point), ends);
@@ -80,10 +88,8 @@ impl Sheaf {
     /// A box that holds it in some turns.
     pub(super) fn bounds(&self, turns: Range<usize>) -> Bounds {
         let mut bounds = Bounds::EMPTY;
-        let mut rows = self
-            .ends
-            .chunks_exact(self.mirrored.len())
-            .map(|row| &row[turns.clone()]);
+        let rows = self.ends.chunks_exact(self.ends.len() / 6);
+        let mut rows = rows.map(|row| &row[turns.clone()]);
         for (min, max) in bounds.min.iter_mut().zip(&mut bounds.max) {
             let least = |least: f64, &end: &f64| if end < least { end } else { least };
             let most = |most: f64, &end: &f64| if end > most { end } else { most };
@@ -99,17 +105,18 @@ impl Sheaf {
         let here = turns.start * self.vertices..turns.end * self.vertices;
         mesh.positions.extend_from_slice(&self.positions[here.clone()]);
         mesh.normals.extend_from_slice(&self.normals[here.clone()]);
-        let before = mesh.indices.len();
-        mesh.indices.resize(before + here.len(), 0);
-        let triangles = mesh.indices[before..].as_chunks_mut::<3>().0;
-        let mut corners = (first..).step_by(3);
-        for (triangles, mirrored) in triangles.chunks_exact_mut(self.vertices / 3).zip(&self.mirrored[turns]) {
-            let order = if *mirrored { [2, 1, 0] } else { [2, 0, 1] };
-            for (triangle, corner) in triangles.iter_mut().zip(&mut corners) {
-                *triangle = order.map(|i| corner + i);
-            }
-        }
+        // The first of these vertices is the next of the mesh.
+        let shift = first.wrapping_sub(here.start as u32);
+        let corners = self.corners[here].iter();
+        mesh.indices.extend(corners.map(|corner| corner.wrapping_add(shift)));
     }
+}
+
+/// The corners of triangles between so many vertices, three for each, from one on.
+fn corners_of(first: usize, vertices: usize, mirrored: bool) -> impl Iterator<Item = u32> {
+    let order = if mirrored { [2, 1, 0] } else { [2, 0, 1] };
+    let triangles = (first..first + vertices).step_by(3);
+    triangles.flat_map(move |corner| order.map(|i| corner as u32 + i))
 }
 
 /// As [`Affine::normals`](crate::procedural::affine::Affine::normals), and whether the frame turns left into right.

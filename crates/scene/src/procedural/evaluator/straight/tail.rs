@@ -76,7 +76,7 @@ impl<'p> Evaluator<'p> {
         if is_too_far(plan, turtle) {
             return None;
         }
-        let mut room = std::mem::take(&mut self.plans.room);
+        let mut room = self.plans.room.take().unwrap_or_default();
         let mut columns = room.columns::<N>(&plan.code);
         let range = first..first + count;
         let is_sound = self.compute_turns((scope, turtle), &mut columns, (plan, true), (turns, range));
@@ -87,7 +87,7 @@ impl<'p> Evaluator<'p> {
                 self.plans.ahead.extend(numbers);
             }
         }
-        self.plans.room = room;
+        self.plans.room = Some(room);
         is_sound.then_some(count)
     }
 

@@ -1,0 +1,7 @@
+-- Which catalogue this is, so that a store can say whose it is. A copy of the catalogue, as one restores it, is the same one.
+CREATE TABLE identity (
+    one         BIGINT NOT NULL PRIMARY KEY CHECK (one = 1),
+    id          TEXT   NOT NULL
+);
+
+INSERT INTO identity (one, id) VALUES (1, md5(random()::text || random()::text || clock_timestamp()::text));

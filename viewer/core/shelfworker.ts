@@ -1,8 +1,0 @@
-/** What does the worker do that keeps files? Puts what the page orders into the browser's cache. */
-import { type Keeping, keepIn } from "./compartments.ts";
-import { obey } from "./workerorders.ts";
-
-obey<Keeping & { readonly id: number }, void>(
-  (order) => keepIn(caches, order),
-  () => [],
-);
