@@ -31,7 +31,7 @@ pub(super) async fn check(config: &Config, settings_file: Option<&Path>) -> anyh
         print(&format!("{name:<28}{value}"))?;
     }
     if let Some(file) = settings_file {
-        for (name, variable) in overridden(file, |variable| std::env::var_os(variable).is_some())? {
+        for (name, variable) in overridden(file)? {
             print(&format!(
                 "{name} of {} does nothing: {variable} goes before it",
                 file.display()

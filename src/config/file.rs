@@ -1,9 +1,9 @@
 //! What does a settings file hold, and where in it is what is wrong? Its keys are the settings of the command line. Each is
 //! read by itself, so that an error knows its line and its name.
 
-use std::{ffi::OsStr, ops::Range, path::Path};
+use std::{ops::Range, path::Path};
 
-use clap::{Args, Command};
+use clap::{Args, Command, parser::ValueSource};
 use serde::{Deserialize, Deserializer};
 use toml::{
     Spanned,
@@ -31,21 +31,20 @@ impl Settings {
     }
 }
 
-/// The settings of a file that variables of these names go before, each with its variable.
-pub(crate) fn overridden(file: &Path, is_set: impl Fn(&OsStr) -> bool) -> std::io::Result<Vec<(String, String)>> {
+/// The settings of a file that variables of the environment go before, each with its variable.
+pub(crate) fn overridden(file: &Path) -> std::io::Result<Vec<(String, String)>> {
     let text = std::fs::read_to_string(file)?;
-    let known = Settings::augment_args(Command::new("settings"));
-    // What is no TOML has been refused before.
-    let Ok(names) = DeTable::parse(&text) else {
+    let known = Settings::augment_args(Command::new("settings").no_binary_name(true));
+    // What is no TOML, and what variables hold that is no setting, has been refused before.
+    let (Ok(names), Ok(found)) = (DeTable::parse(&text), known.clone().try_get_matches_from([""; 0])) else {
         return Ok(vec![]);
     };
     let set = known.get_arguments().filter_map(|setting| {
-        let variable = setting.get_env().filter(|variable| is_set(variable))?;
-        let named = names
-            .get_ref()
-            .keys()
-            .any(|key| key.get_ref() == setting.get_id().as_str());
-        named.then(|| (setting.get_id().to_string(), variable.to_string_lossy().into_owned()))
+        let id = setting.get_id().as_str();
+        let variable = setting.get_env()?;
+        let goes_before = found.value_source(id) == Some(ValueSource::EnvVariable);
+        let named = names.get_ref().keys().any(|key| key.get_ref() == id);
+        (goes_before && named).then(|| (id.to_owned(), variable.to_string_lossy().into_owned()))
     });
     Ok(set.collect())
 }
