@@ -7,7 +7,8 @@ use crate::{live::worn, place::PlaceArgs, publish::data::DataFolder};
 pub(super) struct Args {
     #[command(flatten)]
     place: PlaceArgs,
-    /// How many revisions of each scene to keep, the current one included; previews are not counted, and go
+    /// How many of the newest revisions of each scene to keep, and the current one where it is none of them; previews are not
+    /// counted, and go
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     keep: u32,
     /// Say what would go, and remove nothing

@@ -30,11 +30,11 @@ struct Create {
     /// What to call it in lists
     #[arg(long, default_value = "unnamed", value_parser = name)]
     name: String,
-    /// What it may do; can be given more than once [default: publish and rollback]
-    #[arg(long, value_enum)]
+    /// What it may do, with commas between, or given more than once [default: publish and rollback]
+    #[arg(long, value_enum, value_delimiter = ',')]
     scope: Vec<Scope>,
-    /// In which scene; can be given more than once [default: in all]
-    #[arg(long)]
+    /// In which scenes, with commas between, or given more than once [default: in all]
+    #[arg(long, value_delimiter = ',')]
     scene: Vec<SceneName>,
     /// After how many days it expires [default: never]
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36_500))]

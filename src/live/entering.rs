@@ -69,6 +69,7 @@ impl Live {
         };
         entry.token.admit(token, || format!("session {session}"))?;
         Ok(SessionHandle {
+            tally: self.0.tally.clone(),
             session,
             stage: entry.stage,
             outbox: entry.outbox,

@@ -99,7 +99,7 @@ struct Inner {
     turns: Turns,
     clock: Clock,
     stopping: CancellationToken,
-    tally: Tally,
+    tally: Arc<Tally>,
 }
 
 /// What live sessions read and write.
@@ -120,11 +120,32 @@ pub struct Sources {
 struct Tally {
     events: AtomicU64,
     at_once: AtomicU64,
-    resyncs: AtomicU64,
+    resyncs: Resyncs<AtomicU64>,
+    streams: StreamEnds<AtomicU64>,
     floods: AtomicU64,
     expired: AtomicU64,
     taken_up: AtomicU64,
     unscreened: AtomicU64,
+}
+
+/// Readers that were told everything anew, by why.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Resyncs<T> {
+    /// They were away or too slow for longer than events are kept.
+    pub missed: T,
+    /// They said nothing of what they know.
+    pub unknown: T,
+}
+
+/// Event streams that have ended, by why.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StreamEnds<T> {
+    /// The connection ended, by whomever.
+    pub cut: T,
+    /// Another stream of the same session took its place.
+    pub replaced: T,
+    /// The session ended.
+    pub over: T,
 }
 
 /// What there is, and what has been counted since the start.
@@ -136,8 +157,10 @@ pub struct LiveCounts {
     pub events: u64,
     /// Events written into connections without waking the tasks that own them.
     pub at_once: u64,
-    /// Readers that had missed too much.
-    pub resyncs: u64,
+    /// Readers that were told everything anew.
+    pub resyncs: Resyncs<u64>,
+    /// Event streams that have ended.
+    pub streams: StreamEnds<u64>,
     /// Poses that came too fast.
     pub floods: u64,
     /// Sessions whose lease ran out.
@@ -168,7 +191,7 @@ impl Live {
             registry: Registry::default(),
             clock: Clock::start(),
             stopping: stopping.clone(),
-            tally: Tally::default(),
+            tally: Arc::default(),
         }));
         tokio::spawn(stopping.run_until_cancelled_owned(ledger::keep(live.clone())));
         Ok(live)
@@ -203,12 +226,21 @@ impl Live {
     #[must_use]
     pub fn counts(&self) -> LiveCounts {
         let tally = &self.0.tally;
+        let (resyncs, streams) = (&tally.resyncs, &tally.streams);
         LiveCounts {
             now: self.0.registry.counts(),
             quality: self.0.registry.quality(),
             events: tally.events.load(Ordering::Relaxed),
             at_once: tally.at_once.load(Ordering::Relaxed),
-            resyncs: tally.resyncs.load(Ordering::Relaxed),
+            resyncs: Resyncs {
+                missed: resyncs.missed.load(Ordering::Relaxed),
+                unknown: resyncs.unknown.load(Ordering::Relaxed),
+            },
+            streams: StreamEnds {
+                cut: streams.cut.load(Ordering::Relaxed),
+                replaced: streams.replaced.load(Ordering::Relaxed),
+                over: streams.over.load(Ordering::Relaxed),
+            },
             floods: tally.floods.load(Ordering::Relaxed),
             expired: tally.expired.load(Ordering::Relaxed),
             taken_up: tally.taken_up.load(Ordering::Relaxed),

@@ -3,7 +3,7 @@
 
 use std::{
     pin::Pin,
-    sync::Arc,
+    sync::{Arc, atomic::Ordering},
     task::{Context, Poll},
     time::{Duration, Instant},
 };
@@ -12,7 +12,11 @@ use bytes::Bytes;
 use futures_util::Stream;
 use tokio::time::Sleep;
 
-use super::{line::Line, outbox::Outbox};
+use super::{
+    Tally,
+    line::Line,
+    outbox::{End, Outbox},
+};
 
 const BEAT: Duration = Duration::from_secs(15);
 
@@ -20,6 +24,7 @@ const BEAT: Duration = Duration::from_secs(15);
 #[derive(Debug)]
 pub struct EventReader {
     outbox: Arc<Outbox>,
+    tally: Arc<Tally>,
     number: u64,
     /// At most [`BEAT`], and often enough to keep the session's lease.
     between_beats: Duration,
@@ -29,11 +34,12 @@ pub struct EventReader {
 }
 
 impl EventReader {
-    pub(super) fn attach(outbox: Arc<Outbox>, last_seen: Option<u64>, lease: Duration) -> Self {
+    pub(super) fn attach(outbox: Arc<Outbox>, tally: Arc<Tally>, last_seen: Option<u64>, lease: Duration) -> Self {
         let between_beats = BEAT.min(lease / 2);
         Self {
             number: outbox.attach(last_seen),
             outbox,
+            tally,
             between_beats,
             beat: Box::pin(tokio::time::sleep(between_beats)),
             greeted: false,
@@ -95,7 +101,13 @@ impl Stream for EventReader {
 
 impl Drop for EventReader {
     fn drop(&mut self) {
-        self.outbox.detach(self.number);
+        let streams = &self.tally.streams;
+        let counted = match self.outbox.detach(self.number) {
+            End::Cut => &streams.cut,
+            End::Replaced => &streams.replaced,
+            End::Over => &streams.over,
+        };
+        counted.fetch_add(1, Ordering::Relaxed);
     }
 }
 
@@ -107,10 +119,30 @@ mod tests {
     use belvedere_live::event::{Event, Gone};
 
     #[tokio::test]
+    async fn streams_that_end_are_counted_by_why() {
+        let (outbox, tally) = (Arc::new(Outbox::default()), Arc::<Tally>::default());
+        let attach = || EventReader::attach(outbox.clone(), tally.clone(), None, BEAT);
+        let ended = || {
+            let streams = &tally.streams;
+            [&streams.cut, &streams.replaced, &streams.over].map(|count| count.load(Ordering::Relaxed))
+        };
+        let first = attach();
+        let second = attach();
+        drop(first);
+        assert_eq!(ended(), [0, 1, 0], "another one took its place");
+        drop(second);
+        assert_eq!(ended(), [1, 1, 0], "its connection ended");
+        let third = attach();
+        outbox.close();
+        drop(third);
+        assert_eq!(ended(), [1, 1, 1], "the session ended");
+    }
+
+    #[tokio::test]
     async fn beats_come_when_nothing_was_said_for_as_long() {
         const LEASE: Duration = Duration::from_millis(200);
         let outbox = Arc::new(Outbox::default());
-        let mut reader = EventReader::attach(outbox.clone(), None, LEASE);
+        let mut reader = EventReader::attach(outbox.clone(), Arc::default(), None, LEASE);
         let mut hear = async || poll_fn(|cx| Pin::new(&mut reader).poll_next(cx)).await.unwrap();
         assert!(hear().await.starts_with(b"retry"));
         for _ in 0..4 {

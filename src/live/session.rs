@@ -10,7 +10,7 @@ use belvedere_live::{
 use belvedere_scene::SceneName;
 
 use super::{
-    EventReader, LiveError, ask,
+    EventReader, LiveError, Tally, ask,
     message::{Message, StageHandle, Step},
     outbox::Outbox,
     quality::{NoShare, Reported},
@@ -24,6 +24,7 @@ pub struct SessionHandle {
     pub(super) outbox: Arc<Outbox>,
     pub(super) quality: Arc<Reported>,
     pub(super) lease: Duration,
+    pub(super) tally: Arc<Tally>,
 }
 
 impl SessionHandle {
@@ -71,6 +72,6 @@ impl SessionHandle {
     /// What the session is told, from the event after `last_seen` on. Ends an earlier stream of the same session.
     #[must_use]
     pub fn events(&self, last_seen: Option<u64>) -> EventReader {
-        EventReader::attach(self.outbox.clone(), last_seen, self.lease)
+        EventReader::attach(self.outbox.clone(), self.tally.clone(), last_seen, self.lease)
     }
 }

@@ -325,4 +325,9 @@ async fn what_was_recorded_is_judged_by_its_own_revision_as_long_as_that_is_kept
     assert!(last.starts_with("nothing was judged"), "{said}");
     let message = data.fails(&["audit", "live.rec", "--fail-on-undecided"]);
     assert!(message.contains("nothing was judged"), "{message}");
+
+    data.ok(&["remove", "rooms"]);
+    let (clean, without_scene) = audit(&data, "live.rec");
+    assert!(clean, "{without_scene:#}");
+    assert_eq!(without_scene, report, "it is replayed as before");
 }

@@ -37,7 +37,7 @@ pub(in crate::commands) async fn published(
     read(data, baked.pointer, only).await
 }
 
-/// The same of any revision, in all of its cells; none when it is not kept, which is an error when the scene is not either.
+/// The same of any revision, in all of its cells; none when it is not kept.
 pub(in crate::commands) async fn revision(
     data: &DataFolder,
     name: &SceneName,
@@ -46,7 +46,6 @@ pub(in crate::commands) async fn revision(
     let _no_gc = data.lock_for_writing().await?;
     match data.catalogue().pointer_of(name, revision).await? {
         Some(pointer) => Ok(Some(read(data, pointer, None).await?)),
-        None if data.catalogue().baked(name).await?.is_none() => anyhow::bail!(unknown(data, name).await?),
         None => Ok(None),
     }
 }

@@ -3,11 +3,17 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use prometheus_client::{
-    metrics::{counter::Counter, gauge::Gauge},
+    encoding::EncodeLabelSet,
+    metrics::{counter::Counter, family::Family, gauge::Gauge},
     registry::Registry,
 };
 
 use crate::live::LiveCounts;
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct WhyLabel {
+    reason: &'static str,
+}
 
 /// Of live sessions.
 #[derive(Default)]
@@ -17,7 +23,8 @@ pub(super) struct LiveMetrics {
     hushed: Gauge,
     events: Counter,
     at_once: Counter,
-    resyncs: Counter,
+    resyncs: Family<WhyLabel, Counter>,
+    streams_ended: Family<WhyLabel, Counter>,
     floods: Counter,
     expired: Counter,
     taken_up: Counter,
@@ -63,7 +70,6 @@ impl LiveMetrics {
                 "Events written into connections without waking their tasks",
                 &self.at_once,
             ),
-            ("live_resyncs", "Readers that had missed too much", &self.resyncs),
             ("live_floods", "Poses that came too fast", &self.floods),
             ("live_expired_sessions", "Sessions whose lease ran out", &self.expired),
             (
@@ -79,15 +85,39 @@ impl LiveMetrics {
         ] {
             registry.register(name, help, counter.clone());
         }
+        for (name, help, counters) in [
+            (
+                "live_resyncs",
+                "Readers that were told all anew, by what was not known of them",
+                &self.resyncs,
+            ),
+            (
+                "live_streams_ended",
+                "Event streams that have ended, by why",
+                &self.streams_ended,
+            ),
+        ] {
+            registry.register(name, help, counters.clone());
+        }
     }
 
     pub(super) fn set(&self, counts: &LiveCounts) {
+        let (resyncs, streams) = (&counts.resyncs, &counts.streams);
+        put_by_why(
+            &self.resyncs,
+            &[("missed", resyncs.missed), ("unknown", resyncs.unknown)],
+        );
+        let ends = [
+            ("cut", streams.cut),
+            ("replaced", streams.replaced),
+            ("over", streams.over),
+        ];
+        put_by_why(&self.streams_ended, &ends);
         set(&self.sessions, counts.now.sessions);
         set(&self.movers, counts.now.movers);
         set(&self.hushed, counts.now.hushed);
         put(&self.events, counts.events);
         put(&self.at_once, counts.at_once);
-        put(&self.resyncs, counts.resyncs);
         put(&self.floods, counts.floods);
         put(&self.expired, counts.expired);
         put(&self.taken_up, counts.taken_up);
@@ -151,6 +181,12 @@ impl NodeMetrics {
 
 fn set(gauge: &Gauge, value: usize) {
     gauge.set(i64::try_from(value).unwrap_or(i64::MAX));
+}
+
+fn put_by_why(counters: &Family<WhyLabel, Counter>, values: &[(&'static str, u64)]) {
+    for &(reason, value) in values {
+        put(&counters.get_or_create_owned(&WhyLabel { reason }), value);
+    }
 }
 
 fn put(counter: &Counter, value: u64) {

@@ -88,6 +88,17 @@ struct Reader {
     told_at: Instant,
 }
 
+/// Why a reader has gone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    /// Its connection ended.
+    Cut,
+    /// Another one took its place.
+    Replaced,
+    /// The session ended.
+    Over,
+}
+
 impl Reader {
     fn none(number: u64) -> Self {
         Self {
@@ -276,14 +287,17 @@ impl Outbox {
         }
     }
 
-    pub(super) fn detach(&self, reader: u64) {
+    /// A reader has gone; says why.
+    pub(super) fn detach(&self, reader: u64) -> End {
         let mut state = self.state();
-        if state.reader.number == reader {
-            state.reader = Reader::none(reader);
-            // Whoever was cut off has the whole lease to come back.
-            state.last_sign = Instant::now();
-            self.readers_changed.store(true, Ordering::Release);
+        if state.reader.number != reader {
+            return End::Replaced;
         }
+        state.reader = Reader::none(reader);
+        // Whoever was cut off has the whole lease to come back.
+        state.last_sign = Instant::now();
+        self.readers_changed.store(true, Ordering::Release);
+        if state.closed { End::Over } else { End::Cut }
     }
 
     /// The next piece of the stream; none when it has ended for this reader.

@@ -6,6 +6,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use belvedere_live::event::Void;
+
 use super::{Live, Stage, StageHandle};
 
 /// Where people stand is kept so often.
@@ -131,7 +133,12 @@ impl Stage {
         // What the tick has just said belongs before.
         self.deliver().await;
         for (session, reason) in waiting {
-            self.live.0.tally.resyncs.fetch_add(1, Ordering::Relaxed);
+            let counted = &self.live.0.tally.resyncs;
+            let counted = match reason {
+                Void::Missed => &counted.missed,
+                Void::Unknown => &counted.unknown,
+            };
+            counted.fetch_add(1, Ordering::Relaxed);
             self.world.resync(session, reason, self.live.now_ms());
             self.deliver().await;
             self.tell_network(session);
