@@ -293,6 +293,15 @@ fn a_mesh_that_is_too_small_for_a_lattice_is_not_lost_without_a_word() {
 }
 
 #[test]
+fn a_mesh_of_which_something_lies_far_away_says_what_that_costs() {
+    let data = Data::new();
+    let file = sheet_at(&data, 8, |x| if x > 0.9 { 1e6 } else { 1e-3 * x });
+    let said = data.ok(&["mesh", "smooth", &file]);
+    assert!(said.contains("left out, of which corners fall together"), "{said}");
+    assert!(said.contains("mm off, which more --bits may mend"), "{said}");
+}
+
+#[test]
 fn levels_of_points_say_how_many_they_have() {
     let data = Data::new();
     let file = triangle_and_line(&data);
