@@ -222,11 +222,18 @@ fn opening_bytes(portals: &[Portal]) -> usize {
     (0..3).map(of_axis).sum::<usize>() + PORTAL * portals.len()
 }
 
+/// A body that hides on its author's word.
+pub(crate) struct Drawn {
+    /// The name of its node.
+    pub(crate) node: String,
+    pub(crate) body: Body,
+}
+
 /// The author's occluders as bodies. Whether one lies inside of what is drawn is taken on the author's word; it counts
 /// as a part of the smallest object around its middle. Only proofs use it: what a ray has seen stays seen.
-pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defects) -> Vec<Body> {
+pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defects) -> Vec<Drawn> {
     let tolerance = tolerance_of(world);
-    let mut bodies = Vec::new();
+    let mut drawn = Vec::new();
     for shape in &authored.occluders {
         let Ok(hull) = Checked::of(shape).and_then(|solid| solid.hull()) else {
             let kind = "author's occluder that is no closed convex solid: not used";
@@ -254,9 +261,12 @@ pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defect
             defects.note(kind, 1, || shape.node.clone());
             continue;
         };
-        bodies.push(body);
+        drawn.push(Drawn {
+            node: shape.node.clone(),
+            body,
+        });
     }
-    bodies
+    drawn
 }
 
 /// A box where the planes are those of one.

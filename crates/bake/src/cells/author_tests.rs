@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use super::{
     author::{self, AuthorError},
-    plan::Builder,
+    plan::{Builder, prism},
     *,
 };
 use crate::{
@@ -15,27 +15,6 @@ use crate::{
     visibility::{self, Method, SampledSettings, Views, VisibilitySettings, conservative::Scenery},
     world::World,
 };
-
-/// A prism over a footprint in x and z, rising from one height to another.
-fn prism(node: &str, footprint: &[[f64; 2]], [low, high]: [f64; 2]) -> AuthoredShape {
-    let at = |i: usize, y: f64| {
-        let [x, z] = footprint[i % footprint.len()];
-        DVec3::new(x, y, z)
-    };
-    let mut triangles = Vec::new();
-    for i in 0..footprint.len() {
-        triangles.push([at(i, low), at(i + 1, low), at(i + 1, high)]);
-        triangles.push([at(i, low), at(i + 1, high), at(i, high)]);
-        if (1..footprint.len() - 1).contains(&i) {
-            triangles.push([at(0, low), at(i, low), at(i + 1, low)]);
-            triangles.push([at(0, high), at(i + 1, high), at(i, high)]);
-        }
-    }
-    AuthoredShape {
-        node: node.to_owned(),
-        triangles,
-    }
-}
 
 fn rectangle(node: &str, [x0, x1]: [f64; 2], [z0, z1]: [f64; 2]) -> AuthoredShape {
     prism(node, &[[x0, z0], [x1, z0], [x1, z1], [x0, z1]], [0.0, 3.0])
@@ -181,7 +160,8 @@ fn an_occluder_that_is_too_thin_for_a_wide_scene_is_left_out() {
             ..Authored::default()
         };
         let mut defects = Defects::default();
-        let hiders = Hiders::of(&world, author::occluders(&world, &authored, &mut defects));
+        let drawn = author::occluders(&world, &authored, &mut defects).into_iter();
+        let hiders = Hiders::of(&world, drawn.map(|drawn| drawn.body).collect());
         let scenery = Scenery::with(&world, hiders.occluders());
         let stored = scenery.encode(&Frame::SOURCE, world.origin());
         assert!(Scenery::decode(&stored).is_ok());
