@@ -177,7 +177,7 @@ fn a_wall_across_a_vineyard_stays_a_cut() {
 /// Rooms with things in them: their walls hide, and where they do cells stay.
 #[test]
 fn rooms_stay_what_they_were() {
-    let builder = museum([2, 2], 6);
+    let builder = museum([2, 1], 6);
     let world = World::new(&builder.scene).unwrap();
     let hiders = Hiders::of(&world, Vec::new());
     let partition = by_rays(&world, &[[4.0, 1.6, 4.0]]);
@@ -195,8 +195,8 @@ fn rooms_stay_what_they_were() {
     let (first, _) = cutting.preview(&views, &rough, &Silent).unwrap();
     for graph in [&tried, &first] {
         let room = |i: u32| graph.cell_at([4.0 + 8.0 * f64::from(i % 2), 3.0, 4.0 + 8.0 * f64::from(i / 2)]);
-        let rooms: std::collections::BTreeSet<_> = (0..4).map(room).collect();
-        assert_eq!(rooms.len(), 4);
+        let rooms: std::collections::BTreeSet<_> = (0..2).map(room).collect();
+        assert_eq!(rooms.len(), 2);
     }
     let mean = |graph: &CellGraph| {
         let found = visibility::compute(&Views::of(&world, graph, &hiders), &settings, &Forgetful, &Silent).unwrap();

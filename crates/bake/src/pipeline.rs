@@ -5,7 +5,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
-    cells::{self, CellGraph, CellSettings, author::AuthorError},
+    cells::{
+        self, CellGraph, CellSettings,
+        author::{AuthorError, Drawn},
+    },
     cutting::Cutting,
     defect::Defects,
     foliage,
@@ -20,7 +23,7 @@ use crate::{
     records::{self, BlobSink, Models, SinkError, Written},
     share::share,
     source::{Material, SourceModel, SourceObject, SourceScene, SourceViewpoint},
-    visibility::{self, Views, Visibility, VisibilitySettings, conservative::Scenery},
+    visibility::{self, Views, Visibility, VisibilitySettings, conservative::Scenery, vouched::Vouched},
     world::{self, World, WorldError, bounds_of},
 };
 
@@ -123,7 +126,8 @@ pub fn bake(
         .iter()
         .map(|v| v.world_from_camera.w_axis.truncate().to_array())
         .collect();
-    let hiders = Hiders::of(&world, cells::author::occluders(&world, &scene.authored, defects));
+    let drawn = cells::author::occluders(&world, &scene.authored, defects);
+    let hiders = Hiders::of(&world, drawn.iter().map(|drawn| drawn.body.clone()).collect());
     let scenery = Scenery::with(&world, hiders.occluders());
     note_leaky_doors(&scenery, &scene, defects);
     progress.advance(1);
@@ -136,6 +140,12 @@ pub fn bake(
     } else {
         (None, cells::author::build(&world, &scene.authored, defects)?)
     };
+    let vouched = Vouched {
+        world: &world,
+        scenery: &scenery,
+        graph: &graph,
+    };
+    note_passed(&vouched, &drawn, frame, defects);
     progress.expect(Stage::Visibility, graph.cells.len() as u64);
     unturned.put_back(&mut scene);
     let views = Views::of(&world, &graph, &hiders);
@@ -248,6 +258,19 @@ fn note_leaky_doors(scenery: &Scenery, scene: &SourceScene, defects: &mut Defect
     let kind = "door seen through when closed, for glass, holes, culled backs or a slanted outline: hides only where it is surely opaque";
     let node = |door: u32| scene.objects[door as usize].source_node.clone();
     defects.name(kind, leaky.map(node));
+}
+
+/// Notes the author's occluders that hide what can be seen.
+fn note_passed(vouched: &Vouched<'_>, drawn: &[Drawn], frame: Frame, defects: &mut Defects) {
+    let bodies: Vec<_> = drawn.iter().map(|drawn| &drawn.body).collect();
+    let passed = drawn.iter().zip(vouched.passed(&bodies));
+    let places = passed.filter_map(|(drawn, place)| {
+        let [x, y, z] = frame.leave(place?).to_array();
+        Some(format!("{} at {x:.3}, {y:.3}, {z:.3}", drawn.node))
+    });
+    let kind = "author's occluder through which something is seen, as across a slit or outside of what it stands for: believed all the \
+                same, so sets may lack what is behind it; draw it smaller";
+    defects.name(kind, places);
 }
 
 /// Notes viewpoints from which nobody may look around.

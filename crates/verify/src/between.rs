@@ -118,7 +118,7 @@ impl Between {
         let none = || vec![false; self.cells.len()];
         let look = |mut seen: Vec<bool>, n: u64| {
             let random = &mut Random::of([6, u64::from(here.id.0), n]);
-            let eye = here.room.eye(6, here.id.0, n, self.error_m).position;
+            let eye = here.room.eye(6, here.id.0, n, &|_| self.error_m).position;
             let towards = self.blocks[random.below(self.blocks.len())];
             let at = towards.min + DVec3::from_array([0; 3].map(|_| random.unit())) * (towards.max - towards.min);
             let Some(direction) = (at - eye).try_normalize() else {
@@ -151,7 +151,8 @@ impl Between {
         let (Some(here), Some(there)) = (self.cells.get(from), self.cells.get(to)) else {
             return Sight::NotFound;
         };
-        let place = |cell: &Cell, seed: u64, number: u64| cell.room.eye(seed, cell.id.0, number, self.error_m).position;
+        let place =
+            |cell: &Cell, seed: u64, number: u64| cell.room.eye(seed, cell.id.0, number, &|_| self.error_m).position;
         // Kinds of places take turns; those of the one cell slower, so that all meet all.
         let random = |n: u64| [place(here, 1, n), place(there, 2, n / 7 + 7 * (n % 7))];
         let (lines, rows) = (effort.lines(), self.rows(from, to));
@@ -265,7 +266,7 @@ impl Between {
         let p = point(row[i.min(j)]);
         // Next to a single opening the other point is in one of the cells.
         let q = if i == j {
-            there.room.eye(5, there.id.0, n, self.error_m).position
+            there.room.eye(5, there.id.0, n, &|_| self.error_m).position
         } else {
             point(row[i.max(j)])
         };

@@ -21,6 +21,10 @@ impl Block {
         })
     }
 
+    pub(crate) fn at(point: DVec3) -> Self {
+        Self { min: point, max: point }
+    }
+
     pub(crate) fn union(&self, other: &Self) -> Self {
         Self {
             min: self.min.min(other.min),

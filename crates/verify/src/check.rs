@@ -18,6 +18,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
+    block::Block,
     cube::{Cube, Sighting},
     eyes::{Eye, Room},
     leaf::Leaf,
@@ -118,7 +119,8 @@ impl Cell {
     /// even with one eye a cell.
     pub(crate) fn eye(&self, scene: &Scene, seed: u64, number: u64) -> Eye {
         let number = number + u64::from(self.id.0);
-        self.room.eye(seed, self.id.0, number, scene.error_m())
+        self.room
+            .eye(seed, self.id.0, number, &|place| scene.error_near_m(&Block::at(place)))
     }
 }
 

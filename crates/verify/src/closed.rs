@@ -13,6 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_scene::ObjectId;
 
 use crate::{
+    block::Block,
     check::{Cell, Outcome, Settings, Situation, eyes_in, look_from},
     eyes::{Eye, Place},
     leaf::Leaf,
@@ -166,7 +167,9 @@ fn eyes(
             };
             let at = leaf.at(across, up, random.unit());
             Eye {
-                position: cell.room.entered_from(at, random, scene.error_m()),
+                position: cell
+                    .room
+                    .entered_from(at, random, &|place| scene.error_near_m(&Block::at(place))),
                 place: Place::Leaf,
             }
         }

@@ -10,13 +10,11 @@ use belvedere_scene::record::{CellRecord, Hull};
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::random::Random;
+use crate::{random::Random, scene::ERRORS};
 
 /// Eyes on the surface are drawn towards the middle by this share of the way at least, so that none stands in a wall
 /// because of rounding.
 const INSET: f64 = 1e-4;
-/// … and so far that a wall that is published elsewhere than it stood is still before them: by so many times the error.
-const ERRORS: f64 = 2.0;
 
 /// What kind of place an eye stands in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -72,6 +70,10 @@ pub struct Eye {
     /// Why it stands there.
     pub place: Place,
 }
+
+/// How far what is drawn at a place may be from where it stood when cells were made. Eyes are drawn towards the middle until they are
+/// [`ERRORS`] times as far from every face of their cell, so that a wall that is published elsewhere than it stood is still before them.
+pub(crate) type ErrorAt<'a> = dyn Fn(DVec3) -> f64 + 'a;
 
 /// A cell to draw eyes in.
 #[derive(Debug)]
@@ -154,10 +156,9 @@ impl Room {
         (enter < leave && enter.is_finite() && leave.is_finite()).then_some([enter, leave])
     }
 
-    /// Eye `number` of a cell: always the same for the same seed. What is drawn may stand `error_m` from where it stood
-    /// when the cell was made.
+    /// Eye `number` of a cell: always the same for the same seed.
     #[must_use]
-    pub fn eye(&self, seed: u64, cell: u32, number: u64, error_m: f64) -> Eye {
+    pub(crate) fn eye(&self, seed: u64, cell: u32, number: u64, error_m: &ErrorAt) -> Eye {
         let random = &mut Random::of([seed, u64::from(cell), number]);
         let wanted = PLACES[(number % PLACES.len() as u64) as usize];
         let place = match wanted {
@@ -184,7 +185,7 @@ impl Room {
     }
 
     /// Where the way from somewhere to a place inside enters the cell, or a little further on every other time.
-    pub(crate) fn entered_from(&self, point: DVec3, random: &mut Random, error_m: f64) -> DVec3 {
+    pub(crate) fn entered_from(&self, point: DVec3, random: &mut Random, error_m: &ErrorAt) -> DVec3 {
         let way = self.inside(random, error_m) - point;
         let enter = self.along(point, way).map_or(1.0, |[enter, _]| enter.clamp(0.0, 1.0));
         let further = if random.unit() < 0.5 {
@@ -195,13 +196,21 @@ impl Room {
         self.inset(point + (enter + further * (1.0 - enter)) * way, error_m)
     }
 
-    fn inset(&self, point: DVec3, error_m: f64) -> DVec3 {
-        let share = INSET.max(ERRORS * error_m / self.depth_m.max(f64::MIN_POSITIVE));
-        point.lerp(self.middle, share.min(1.0))
+    fn inset(&self, point: DVec3, error_m: &ErrorAt) -> DVec3 {
+        let mut known_m = 0.0;
+        loop {
+            let share = INSET.max(ERRORS * known_m / self.depth_m.max(f64::MIN_POSITIVE));
+            let place = point.lerp(self.middle, share.min(1.0));
+            let there_m = error_m(place);
+            if there_m <= known_m {
+                return place;
+            }
+            known_m = there_m;
+        }
     }
 
     /// Uniform by volume.
-    fn inside(&self, random: &mut Random, error_m: f64) -> DVec3 {
+    fn inside(&self, random: &mut Random, error_m: &ErrorAt) -> DVec3 {
         let Some((_, volume)) = self.tetrahedra.last() else {
             return self.middle;
         };
@@ -291,10 +300,33 @@ mod tests {
                 .collect();
             let room = Room::new(&hull, vec![portal]);
             for number in 0..800 {
-                let eye = room.eye(7, 3, number, 0.0);
+                let eye = room.eye(7, 3, number, &|_| 0.0);
                 assert!(inside(&hull, eye.position), "{eye:?}");
             }
         }
+    }
+
+    #[test]
+    fn eyes_stand_clear_of_what_is_coarse_and_others_where_they_stood() {
+        let room = Room::new(&wedge(), vec![]);
+        let is_coarse = |place: DVec3| place.x < 1.0;
+        let (mut moved, mut kept) = (0, 0);
+        for number in 0..800 {
+            let error_m = |place: DVec3| if is_coarse(place) { 0.1 } else { 0.0 };
+            let eye = room.eye(7, 3, number, &error_m).position;
+            let exact = room.eye(7, 3, number, &|_| 0.0).position;
+            if is_coarse(eye) {
+                moved += 1;
+                let clear_m = [eye.x, eye.y, eye.z, 5.0 - eye.z]
+                    .into_iter()
+                    .fold(f64::INFINITY, f64::min);
+                assert!(clear_m >= 0.2 - 1e-9, "{eye}");
+            } else if !is_coarse(exact) {
+                kept += 1;
+                assert_eq!(eye, exact);
+            }
+        }
+        assert!(moved > 100 && kept > 100, "{moved} moved, {kept} kept");
     }
 
     #[test]
@@ -315,7 +347,7 @@ mod tests {
         let hull = wedge();
         let room = Room::new(&hull, vec![]);
         let random = &mut Random::of([1, 2, 3]);
-        let points: Vec<_> = (0..20_000).map(|_| room.inside(random, 0.0)).collect();
+        let points: Vec<_> = (0..20_000).map(|_| room.inside(random, &|_| 0.0)).collect();
         let mean = points.iter().sum::<DVec3>() / points.len() as f64;
         // The centroid of the right triangle, and half the length.
         let expected = DVec3::new(4.0 / 3.0, 1.0, 2.5);
@@ -336,7 +368,7 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_eyes_and_another_seed_others() {
         let room = Room::new(&wedge(), vec![]);
-        let eyes = |seed, cell| (0..16).map(|n| room.eye(seed, cell, n, 0.0)).collect::<Vec<_>>();
+        let eyes = |seed, cell| (0..16).map(|n| room.eye(seed, cell, n, &|_| 0.0)).collect::<Vec<_>>();
         assert_eq!(eyes(1, 0), eyes(1, 0));
         assert_ne!(eyes(1, 0), eyes(2, 0));
         assert_ne!(eyes(1, 0), eyes(1, 1));

@@ -11,8 +11,9 @@ use belvedere_scene::ObjectId;
 use glam::{DVec2, DVec3};
 
 use crate::{
+    block::Block,
     flat::{Plane, hull},
-    scene::Scene,
+    scene::{ERRORS, Scene},
     sight::slack_m,
 };
 
@@ -64,14 +65,15 @@ impl Leaf {
         let (min, max) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| {
             (min.min(*p), max.max(*p))
         });
-        let slack_m = slack_m(&scene.with_closed(&[]), 0.0);
-        Some(Self {
+        let mut leaf = Self {
             axes,
             faces,
             min,
             max,
-            slack_m,
-        })
+            slack_m: slack_m(&scene.with_closed(&[]), 0.0, 0.0),
+        };
+        leaf.slack_m += ERRORS * scene.error_near_m(&leaf.around());
+        Some(leaf)
     }
 
     /// A point in the plane of the door's edges at a depth, in world space: `across` and `up` run from 0 to 1.
@@ -97,16 +99,8 @@ impl Leaf {
     /// What stands around it.
     #[must_use]
     pub fn gap(&self, scene: &Scene) -> Gap<'_> {
-        let room = DVec3::splat(self.gap_m() + self.slack_m);
-        let (min, max) = (self.min - room, self.max + room);
-        let corners = (0..8u32).map(|corner| {
-            let share = DVec3::from_array([0, 1, 2].map(|axis| f64::from(corner >> axis & 1)));
-            let local = min + share * (max - min);
-            self.axes[0] * local.x + self.axes[1] * local.y + self.axes[2] * local.z
-        });
-        let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-            (low.min(p), high.max(p))
-        });
+        let Block { min, max } = self.with_gap();
+        let Block { min: low, max: high } = self.around();
         let mut beside = Vec::new();
         for (number, object) in scene.objects.iter().enumerate().filter(|(_, object)| !object.door) {
             let bounds = scene.bounds_of(number);
@@ -133,6 +127,21 @@ impl Leaf {
             depths: self.planes(&beside),
             beside,
         }
+    }
+
+    /// It and the gap around it, in its own frame …
+    fn with_gap(&self) -> Block {
+        let room = self.gap_m() + self.slack_m;
+        Block {
+            min: self.min - room,
+            max: self.max + room,
+        }
+    }
+
+    /// … and the box around both in world space.
+    fn around(&self) -> Block {
+        let placed = |local: DVec3| self.axes[0] * local.x + self.axes[1] * local.y + self.axes[2] * local.z;
+        Block::around(self.with_gap().corners().into_iter().map(placed))
     }
 
     /// How wide a gap around it may be.

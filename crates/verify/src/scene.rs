@@ -10,8 +10,12 @@ use std::sync::Arc;
 use belvedere_scene::{Bounds, ObjectId};
 use glam::{DMat4, DVec3, Vec3};
 
+use crate::block::Block;
+
 /// At most so many triangles make a patch: few enough that its box is tight, enough that testing it pays.
 const PATCH_TRIANGLES: usize = 64;
+/// What is published may be elsewhere than it stood, so a place counts as clear of a face from so many times the face's error on.
+pub(crate) const ERRORS: f64 = 2.0;
 
 /// How a material shows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -74,8 +78,6 @@ pub struct Scene {
     bounds: Arc<[Bounds]>,
     /// The box around everything.
     all: Bounds,
-    /// The largest error of any object.
-    error_m: f64,
     /// Doors that hide, rising.
     closed: Vec<ObjectId>,
 }
@@ -149,13 +151,11 @@ impl Scene {
         };
         let bounds: Vec<_> = objects.iter().map(around).collect();
         let all = bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
-        let error_m = objects.iter().map(|object| object.error_m).fold(0.0, f64::max);
         Self {
             models: models.into(),
             objects: objects.into(),
             bounds: bounds.into(),
             all,
-            error_m,
             closed: Vec::new(),
         }
     }
@@ -201,8 +201,34 @@ impl Scene {
 
     /// No point of anything is farther than this from where the source has it.
     #[must_use]
-    pub fn error_m(&self) -> f64 {
-        self.error_m
+    pub fn largest_error_m(&self) -> f64 {
+        self.objects.iter().map(|object| object.error_m).fold(0.0, f64::max)
+    }
+
+    /// No face that may stand in a box in the source is farther than this from there: the largest error of those objects that have a
+    /// face no farther from the box than [`ERRORS`] times their error.
+    pub(crate) fn error_near_m(&self, around: &Block) -> f64 {
+        let is_near = |number: usize, object: &Object| {
+            let reach_m = ERRORS * object.error_m;
+            let wide = Block {
+                min: around.min - reach_m,
+                max: around.max + reach_m,
+            };
+            let Bounds { min, max } = self.bounds[number];
+            let [min, max] = [min, max].map(DVec3::from);
+            wide.meets(&Block { min, max })
+                && self.models[object.model].patches.iter().any(|patch| {
+                    let (min, max) = patch.bounds(&object.world_from_object);
+                    wide.meets(&Block { min, max })
+                })
+        };
+        let mut largest_m = 0.0;
+        for (number, object) in self.objects.iter().enumerate() {
+            if object.error_m > largest_m && is_near(number, object) {
+                largest_m = object.error_m;
+            }
+        }
+        largest_m
     }
 
     /// The triangles of an object in world space; none when there is no such object.

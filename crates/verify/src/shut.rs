@@ -21,12 +21,11 @@ use crate::{
     block::Block,
     blockade::{Blockade, Face},
     flat::{Plane, area, crossings, hull, without},
+    scene::ERRORS,
 };
 
 /// Faces in one plane are told from others by so much of the distance between the boxes, beside the error.
 const FLAT: f64 = 1e-6;
-/// Gaps of so many times the error are closed.
-const ERRORS: f64 = 2.0;
 /// What is left of a hull in more pieces than this is not covered.
 const MOST_PIECES: usize = 256;
 /// What a plane leaves open in more pieces than this is not looked into.

@@ -5,7 +5,7 @@
 //! nothing with the item buffer but the scene.
 //!
 //! What is published is rounded, and every object states by how much, so a slit between two of them may be as wide as both
-//! errors and not be there in the source. What is nearer than [`slack_m`] to being hidden cannot be decided, and counts as
+//! errors and not be there in the source: both count, and those of no other object. What is nearer than [`slack_m`] to being hidden cannot be decided, and counts as
 //! not confirmed. With doors closed, what passes a strip beside what ends in the plane of a leaf cannot be decided either.
 
 use glam::DVec3;
@@ -19,11 +19,11 @@ const ROUNDING: f64 = 8.0 / (1 << 24) as f64;
 /// … and of what stands beside a closed door: an edge counts so much further out (`docs/VISIBILITY.md`, Doors).
 const STRIP: f64 = 4.5e-6;
 
-/// How far apart two things must be at some distance from the eye to be told apart, in metres.
+/// How far apart two things must be at some distance from the eye to be told apart, in metres; `errors_m` are both of theirs.
 #[must_use]
-pub fn slack_m(scene: &Scene, distance_m: f64) -> f64 {
+pub fn slack_m(scene: &Scene, distance_m: f64, errors_m: f64) -> f64 {
     let strip = if scene.closed().is_empty() { 0.0 } else { STRIP };
-    RELATIVE * distance_m + (ROUNDING + strip) * scene.bounds().diagonal_m() + 2.0 * scene.error_m()
+    RELATIVE * distance_m + (ROUNDING + strip) * scene.bounds().diagonal_m() + errors_m
 }
 
 /// How undecidable cases count.
@@ -58,7 +58,11 @@ fn face_seen(scene: &Scene, eye: DVec3, direction: DVec3, object: u32, doubt: Do
         Doubt::Shows => 1.0,
     };
     let mut nearest = f64::INFINITY;
-    meet(scene, eye, direction, object as usize, grown, &mut |hit| {
+    let margin = Margin {
+        grown,
+        errors_m: scene.objects[object as usize].error_m,
+    };
+    meet(scene, eye, direction, object as usize, margin, &mut |hit| {
         if hit.shows {
             nearest = nearest.min(hit.distance_m);
         }
@@ -102,12 +106,17 @@ fn hidden(scene: &Scene, eye: DVec3, direction: DVec3, distance_m: f64, object: 
         Doubt::Hides => 1.0,
         Doubt::Shows => -1.0,
     };
-    let limit = distance_m + sign * slack_m(scene, distance_m);
+    let own_m = scene.objects[object as usize].error_m;
     (0..scene.objects.len())
         .filter(|other| *other != object as usize)
         .any(|other| {
             let mut hides = false;
-            meet(scene, eye, direction, other, sign, &mut |hit| {
+            let margin = Margin {
+                grown: sign,
+                errors_m: own_m + scene.objects[other].error_m,
+            };
+            let limit = distance_m + margin.at(scene, distance_m);
+            meet(scene, eye, direction, other, margin, &mut |hit| {
                 hides |= hit.hides && hit.distance_m < limit;
             });
             hides
@@ -120,11 +129,25 @@ struct Hit {
     hides: bool,
 }
 
-/// Calls with every face of an object that a ray meets, faces being larger by `grown` times the slack.
-fn meet(scene: &Scene, eye: DVec3, direction: DVec3, object: usize, grown: f64, found: &mut dyn FnMut(&Hit)) {
+/// How much larger faces count than they are.
+#[derive(Clone, Copy)]
+struct Margin {
+    /// By so many times the slack.
+    grown: f64,
+    errors_m: f64,
+}
+
+impl Margin {
+    fn at(&self, scene: &Scene, distance_m: f64) -> f64 {
+        self.grown * slack_m(scene, distance_m, self.errors_m)
+    }
+}
+
+/// Calls with every face of an object that a ray meets, faces being larger by a margin.
+fn meet(scene: &Scene, eye: DVec3, direction: DVec3, object: usize, margin: Margin, found: &mut dyn FnMut(&Hit)) {
     let bounds = scene.bounds_of(object);
     let (min, max) = (DVec3::from(bounds.min) - eye, DVec3::from(bounds.max) - eye);
-    let slack = |min: DVec3, max: DVec3| slack_m(scene, min.abs().max(max.abs()).length());
+    let slack = |min: DVec3, max: DVec3| slack_m(scene, min.abs().max(max.abs()).length(), margin.errors_m);
     if bounds.is_empty() || !meets_box(min, max, slack(min, max), direction) {
         return;
     }
@@ -138,7 +161,8 @@ fn meet(scene: &Scene, eye: DVec3, direction: DVec3, object: usize, grown: f64, 
         }
         for triangle in &patch.triangles {
             let corners = triangle.map(|i| place.transform_point3(model.position(i)));
-            let Some((distance_m, towards)) = meet_triangle(scene, corners, direction, grown) else {
+            let Some((distance_m, towards)) = meet_triangle(corners, direction, |away_m| margin.at(scene, away_m))
+            else {
                 continue;
             };
             let Surface {
@@ -156,7 +180,7 @@ fn meet(scene: &Scene, eye: DVec3, direction: DVec3, object: usize, grown: f64, 
 }
 
 /// Distance to a triangle along a ray from the origin, and whether its counter-clockwise side faces the origin.
-fn meet_triangle(scene: &Scene, [a, b, c]: [DVec3; 3], direction: DVec3, grown: f64) -> Option<(f64, bool)> {
+fn meet_triangle([a, b, c]: [DVec3; 3], direction: DVec3, margin_m: impl Fn(f64) -> f64) -> Option<(f64, bool)> {
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let approach = normal.dot(direction);
     let distance_m = normal.dot(a) / approach;
@@ -165,7 +189,7 @@ fn meet_triangle(scene: &Scene, [a, b, c]: [DVec3; 3], direction: DVec3, grown: 
         return None;
     }
     let point = distance_m * direction;
-    let margin = grown * slack_m(scene, distance_m);
+    let margin = margin_m(distance_m);
     let inside = [(a, b), (b, c), (c, a)].iter().all(|(from, to)| {
         let edge = *to - *from;
         // The distance of the point from the edge, in the plane, positive inside.

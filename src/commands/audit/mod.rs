@@ -164,7 +164,7 @@ impl Scene {
             let published = load::revision(data, &self.name, revision).await?;
             new.insert(published.map(|published| {
                 let scene = &published.scene;
-                let between = Between::new(Blockade::of(scene), published.cells, scene.error_m());
+                let between = Between::new(Blockade::of(scene), published.cells, scene.largest_error_m());
                 Sights::new(between, hunts)
             }));
         }

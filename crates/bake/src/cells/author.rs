@@ -12,7 +12,7 @@ use belvedere_scene::{Bounds, convex::HalfSpace};
 use glam::DVec3;
 
 use super::{
-    hull::{CellHull, Unbounded, area_m2, clipped, normal},
+    hull::{CellHull, Unbounded, area_m2, clipped, convex_outline, normal},
     overlap::overlap_m,
     view_cell::{CellGraph, Portal, ViewCell},
 };
@@ -222,11 +222,18 @@ fn opening_bytes(portals: &[Portal]) -> usize {
     (0..3).map(of_axis).sum::<usize>() + PORTAL * portals.len()
 }
 
+/// A body that hides on its author's word.
+pub(crate) struct Drawn {
+    /// The name of its node.
+    pub(crate) node: String,
+    pub(crate) body: Body,
+}
+
 /// The author's occluders as bodies. Whether one lies inside of what is drawn is taken on the author's word; it counts
 /// as a part of the smallest object around its middle. Only proofs use it: what a ray has seen stays seen.
-pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defects) -> Vec<Body> {
+pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defects) -> Vec<Drawn> {
     let tolerance = tolerance_of(world);
-    let mut bodies = Vec::new();
+    let mut drawn = Vec::new();
     for shape in &authored.occluders {
         let Ok(hull) = Checked::of(shape).and_then(|solid| solid.hull()) else {
             let kind = "author's occluder that is no closed convex solid: not used";
@@ -254,9 +261,12 @@ pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defect
             defects.note(kind, 1, || shape.node.clone());
             continue;
         };
-        bodies.push(body);
+        drawn.push(Drawn {
+            node: shape.node.clone(),
+            body,
+        });
     }
-    bodies
+    drawn
 }
 
 /// A box where the planes are those of one.
@@ -454,29 +464,4 @@ fn narrowed(opening: &[DVec3], half: &HalfSpace, portal: &AuthoredShape) -> Opti
         left = clipped(&left, &|p| outwards.dot(*p - *a), 1e-9);
     }
     (outline.len() >= 3 && area_m2(&left) > least_area_m2(&left)).then_some(left)
-}
-
-/// The convex outline of points in a plane, counter-clockwise about its normal (Andrew's monotone chain, 1979).
-fn convex_outline(points: &[DVec3], n: DVec3) -> Vec<DVec3> {
-    let (u, v) = n.any_orthonormal_pair();
-    let v = if u.cross(v).dot(n) > 0.0 { v } else { -v };
-    let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a.dot(u).total_cmp(&b.dot(u)).then(a.dot(v).total_cmp(&b.dot(v))));
-    sorted.dedup();
-    let chain = |points: &mut dyn Iterator<Item = &DVec3>| {
-        let mut chain: Vec<DVec3> = Vec::new();
-        for point in points {
-            while let [.., a, b] = chain[..]
-                && (b - a).cross(*point - b).dot(n) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(*point);
-        }
-        chain.pop();
-        chain
-    };
-    let mut outline = chain(&mut sorted.iter());
-    outline.extend(chain(&mut sorted.iter().rev()));
-    outline
 }

@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use super::{
     author::{self, AuthorError},
-    plan::Builder,
+    plan::{Builder, prism},
     *,
 };
 use crate::{
@@ -15,27 +15,6 @@ use crate::{
     visibility::{self, Method, SampledSettings, Views, VisibilitySettings, conservative::Scenery},
     world::World,
 };
-
-/// A prism over a footprint in x and z, rising from one height to another.
-fn prism(node: &str, footprint: &[[f64; 2]], [low, high]: [f64; 2]) -> AuthoredShape {
-    let at = |i: usize, y: f64| {
-        let [x, z] = footprint[i % footprint.len()];
-        DVec3::new(x, y, z)
-    };
-    let mut triangles = Vec::new();
-    for i in 0..footprint.len() {
-        triangles.push([at(i, low), at(i + 1, low), at(i + 1, high)]);
-        triangles.push([at(i, low), at(i + 1, high), at(i, high)]);
-        if (1..footprint.len() - 1).contains(&i) {
-            triangles.push([at(0, low), at(i, low), at(i + 1, low)]);
-            triangles.push([at(0, high), at(i + 1, high), at(i, high)]);
-        }
-    }
-    AuthoredShape {
-        node: node.to_owned(),
-        triangles,
-    }
-}
 
 fn rectangle(node: &str, [x0, x1]: [f64; 2], [z0, z1]: [f64; 2]) -> AuthoredShape {
     prism(node, &[[x0, z0], [x1, z0], [x1, z1], [x0, z1]], [0.0, 3.0])
@@ -181,7 +160,8 @@ fn an_occluder_that_is_too_thin_for_a_wide_scene_is_left_out() {
             ..Authored::default()
         };
         let mut defects = Defects::default();
-        let hiders = Hiders::of(&world, author::occluders(&world, &authored, &mut defects));
+        let drawn = author::occluders(&world, &authored, &mut defects).into_iter();
+        let hiders = Hiders::of(&world, drawn.map(|drawn| drawn.body).collect());
         let scenery = Scenery::with(&world, hiders.occluders());
         let stored = scenery.encode(&Frame::SOURCE, world.origin());
         assert!(Scenery::decode(&stored).is_ok());
@@ -312,6 +292,54 @@ fn a_door_is_named_with_the_opening_that_its_box_covers() {
     });
     let graph = author::build(&world, &authored, &mut Defects::default()).unwrap();
     assert_eq!(graph.cells[0].portals[0].door, Some(door));
+}
+
+/// A `portal:` polygon of these corners in a plane across x.
+fn across_x(corners: &[[f64; 2]]) -> AuthoredShape {
+    let corner = |i: usize| DVec3::new(4.0, corners[i][0], corners[i][1]);
+    AuthoredShape {
+        node: "portal:x".to_owned(),
+        triangles: (2..corners.len()).map(|i| [0, i - 1, i].map(corner)).collect(),
+    }
+}
+
+/// The door that is named with the opening between two rooms, one on either side of x = 4 m, that a polygon says.
+fn named(builder: &Builder, portal: AuthoredShape) -> Option<u32> {
+    let world = World::new(&builder.scene).unwrap();
+    let authored = Authored {
+        cells: vec![
+            rectangle("cell:a", [0., 4.], [0., 4.]),
+            rectangle("cell:b", [4., 8.], [0., 4.]),
+        ],
+        portals: vec![portal],
+        ..Authored::default()
+    };
+    let graph = author::build(&world, &authored, &mut Defects::default()).unwrap();
+    graph.cells[0].portals[0].door
+}
+
+#[test]
+fn a_door_askew_names_no_opening_beside_it() {
+    let mut builder = Builder::default();
+    // From one corner of the box around it to the other, and so across x = 4 m at z = 1 m only.
+    let corners = [[3., 0., 0.], [5., 0., 2.], [5., 2., 2.], [3., 2., 0.]];
+    let door = builder.mesh("door:askew", corners.to_vec(), vec![0, 1, 2, 0, 2, 3]);
+    builder.scene.objects[door as usize].role = Role::Door;
+    let between = |low: f64, high: f64| across_x(&[[0.1, low], [0.1, high], [1.9, high], [1.9, low]]);
+    assert_eq!(named(&builder, between(0.1, 0.7)), None);
+    assert_eq!(named(&builder, between(0.95, 1.05)), Some(door));
+}
+
+#[test]
+fn a_door_with_a_slanted_head_names_no_opening_above_it() {
+    let mut builder = Builder::default();
+    let corners = [[4., 0., 1.], [4., 0., 2.], [4., 1., 2.], [4., 2., 1.]];
+    let door = builder.mesh("door:slanted", corners.to_vec(), vec![0, 1, 2, 0, 2, 3]);
+    builder.scene.objects[door as usize].role = Role::Door;
+    let whole = across_x(&[[0., 1.], [0., 2.], [2., 2.], [2., 1.]]);
+    assert_eq!(named(&builder, whole), None);
+    let below = across_x(&[[0., 1.], [0., 2.], [1., 2.], [2., 1.]]);
+    assert_eq!(named(&builder, below), Some(door));
 }
 
 /// A chest stands in the corner of the box around a cell, outside the cell.

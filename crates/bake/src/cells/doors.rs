@@ -1,30 +1,80 @@
-//! Which door closes an opening? The one whose box covers it.
+//! Which door closes an opening? The one whose outline covers it.
+//!
+//! Each door is looked at in its own frame, as its leaf is. One that stands askew covers what lies between its own edges, and not what
+//! else lies in the box around it along the axes; one whose head is slanted or arched covers nothing above that.
 
-use belvedere_scene::Bounds;
+use glam::{DVec2, DVec3};
 
-use super::CellGraph;
-use crate::{occluders::DOOR_GAP, world::World};
+use super::{CellGraph, hull::convex_outline};
+use crate::{
+    occluders::{DOOR_GAP, DoorFrame},
+    world::World,
+};
+
+/// Where a door closes openings.
+struct Cover {
+    door: u32,
+    frame: DoorFrame,
+    /// Convex and counter-clockwise, seen along the direction through the door.
+    outline: Vec<DVec3>,
+    /// From where to where it reaches in that direction.
+    depths: [f64; 2],
+    /// How wide a gap it may leave.
+    gap_m: f64,
+}
+
+impl Cover {
+    /// `None` for a door that shows no area.
+    fn of(world: &World, door: u32) -> Option<Self> {
+        let triangles = world.triangles_of(door);
+        triangles.first()?;
+        let frame = DoorFrame::of(&triangles);
+        let corners = triangles.iter().flat_map(|face| face.corners);
+        let corners: Vec<DVec3> = corners.map(|corner| frame.place(corner)).collect();
+        let low = corners.iter().copied().reduce(DVec3::min)?;
+        let high = corners.iter().copied().reduce(DVec3::max)?;
+        let flat: Vec<DVec3> = corners.iter().map(|corner| corner.truncate().extend(0.0)).collect();
+        let outline = convex_outline(&flat, DVec3::Z);
+        (outline.len() >= 3).then(|| Self {
+            door,
+            frame,
+            outline,
+            depths: [low.z, high.z],
+            gap_m: f64::from(DOOR_GAP) * (high - low).truncate().max_element(),
+        })
+    }
+
+    /// Whether it covers a point of an opening that may lie so far before or behind it.
+    fn holds(&self, world: &World, point: [f64; 3], reach_m: f64) -> bool {
+        let point = self.frame.place(world.relative(point));
+        let reach_m = self.gap_m.max(reach_m);
+        let next = self.outline.iter().cycle().skip(1);
+        let within = |(from, to): (&DVec3, &DVec3)| {
+            let outwards = -DVec2::perp((to - from).truncate()).normalize_or_zero();
+            outwards.dot((point - from).truncate()) <= self.gap_m
+        };
+        self.depths[0] - reach_m <= point.z
+            && point.z <= self.depths[1] + reach_m
+            && self.outline.iter().zip(next).all(within)
+    }
+}
 
 impl CellGraph {
-    /// Names with each opening the door that closes it, if there is one: a door whose box, grown by the gap that a leaf
-    /// may leave and across its leaf by a voxel, holds the whole opening.
+    /// Names with each opening the door that closes it, if there is one: a door whose outline, grown by the gap that a leaf may leave,
+    /// covers the whole opening, which lies no more than a voxel before or behind it.
     pub(super) fn name_doors(&mut self, world: &World) {
-        let grown = |door: &u32| {
-            let bounds = world.object_bounds()[*door as usize];
-            let size = bounds.size_m();
-            let gap_m = f64::from(DOOR_GAP) * size.into_iter().fold(0.0, f64::max);
-            let thin = (0..3).min_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
-            let reach = |axis: usize| if axis == thin { gap_m.max(self.voxel_m) } else { gap_m };
-            let covered = Bounds {
-                min: [0, 1, 2].map(|axis| bounds.min[axis] - reach(axis)),
-                max: [0, 1, 2].map(|axis| bounds.max[axis] + reach(axis)),
-            };
-            (*door, covered)
-        };
-        let doors: Vec<_> = world.doors().iter().map(grown).collect();
+        let covers: Vec<Cover> = world
+            .doors()
+            .iter()
+            .filter_map(|door| Cover::of(world, *door))
+            .collect();
+        let reach_m = self.voxel_m;
         for portal in self.cells.iter_mut().flat_map(|cell| &mut cell.portals) {
-            let covers = |(_, covered): &&(u32, Bounds)| portal.polygon.iter().all(|corner| covered.contains(*corner));
-            portal.door = doors.iter().find(covers).map(|(door, _)| *door);
+            let closes = |cover: &&Cover| {
+                let mut corners = portal.polygon.iter();
+                corners.all(|corner| cover.holds(world, *corner, reach_m))
+            };
+            portal.door = covers.iter().find(closes).map(|cover| cover.door);
         }
     }
 }

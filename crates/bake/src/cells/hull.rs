@@ -222,6 +222,31 @@ pub(super) fn area_m2(polygon: &[DVec3]) -> f64 {
     0.5 * doubled.length()
 }
 
+/// The convex outline of points in a plane, counter-clockwise about its normal (Andrew's monotone chain, 1979).
+pub(super) fn convex_outline(points: &[DVec3], n: DVec3) -> Vec<DVec3> {
+    let (u, v) = n.any_orthonormal_pair();
+    let v = if u.cross(v).dot(n) > 0.0 { v } else { -v };
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.dot(u).total_cmp(&b.dot(u)).then(a.dot(v).total_cmp(&b.dot(v))));
+    sorted.dedup();
+    let chain = |points: &mut dyn Iterator<Item = &DVec3>| {
+        let mut chain: Vec<DVec3> = Vec::new();
+        for point in points {
+            while let [.., a, b] = chain[..]
+                && (b - a).cross(*point - b).dot(n) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(*point);
+        }
+        chain.pop();
+        chain
+    };
+    let mut outline = chain(&mut sorted.iter());
+    outline.extend(chain(&mut sorted.iter().rev()));
+    outline
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

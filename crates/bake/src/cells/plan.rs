@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec3};
 
-use crate::source::{Material, Primitive, Role, SourceModel, SourceObject, SourceScene, Topology};
+use crate::source::{AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceScene, Topology};
 
 /// Builds scenes from boxes.
 #[derive(Default)]
@@ -195,4 +195,25 @@ pub(crate) fn museum(rooms: [usize; 2], things: usize) -> Builder {
         }
     }
     builder
+}
+
+/// An author's prism over a footprint in x and z, rising from one height to another.
+pub(crate) fn prism(node: &str, footprint: &[[f64; 2]], [low, high]: [f64; 2]) -> AuthoredShape {
+    let at = |i: usize, y: f64| {
+        let [x, z] = footprint[i % footprint.len()];
+        DVec3::new(x, y, z)
+    };
+    let mut triangles = Vec::new();
+    for i in 0..footprint.len() {
+        triangles.push([at(i, low), at(i + 1, low), at(i + 1, high)]);
+        triangles.push([at(i, low), at(i + 1, high), at(i, high)]);
+        if (1..footprint.len() - 1).contains(&i) {
+            triangles.push([at(0, low), at(i, low), at(i + 1, low)]);
+            triangles.push([at(0, high), at(i + 1, high), at(i, high)]);
+        }
+    }
+    AuthoredShape {
+        node: node.to_owned(),
+        triangles,
+    }
 }

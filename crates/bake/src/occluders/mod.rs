@@ -25,7 +25,7 @@ pub use self::{
     stored::{Stored, StoredError},
     wall::{Tolerance, Wall, Way},
 };
-pub(crate) use self::{body::is_bottom, wall::Rectangle};
+pub(crate) use self::{body::is_bottom, leaf::Frame as DoorFrame, wall::Rectangle};
 use std::sync::Arc;
 
 use glam::Vec3;

@@ -86,7 +86,7 @@ fn one_building_that_moves_concerns_those_who_may_see_it_and_nobody_else() {
     let scene = city.scene();
     let before = seen_in(&scene, &graph, &notebook);
     let mut looked_anew = 0;
-    const MOVED: [usize; 3] = [100, 1_130, 2_000];
+    const MOVED: [usize; 2] = [100, 1_130];
     for building in MOVED {
         let mut moved = scene.clone();
         let place = &mut moved.objects[building].world_from_object;

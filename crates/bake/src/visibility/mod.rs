@@ -32,6 +32,7 @@ mod solid;
 mod stops;
 mod surroundings;
 mod targets;
+pub(crate) mod vouched;
 mod within;
 
 #[cfg(test)]

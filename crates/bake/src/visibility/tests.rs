@@ -207,7 +207,7 @@ fn an_unblocked_sight_line_from_a_cell_implies_membership() {
 
 #[test]
 fn the_same_sets_come_from_one_and_two_threads() {
-    let builder = museum([2, 2], 5);
+    let builder = museum([2, 1], 5);
     let world = World::new(&builder.scene).unwrap();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -52,6 +52,31 @@ fn a_visible_object_that_is_not_listed_is_named_with_cell_and_eye() {
     assert!(!failures(&outcome).is_empty());
 }
 
+/// The same scene where a third thing stands off by itself, whose error and that of the pole are these.
+fn beside_something_coarse(pole_error_m: f64, coarse_error_m: f64) -> Outcome {
+    let coarse = quad([30.0, 30.0], [31.0, 31.0], -2.0, OPAQUE);
+    let scene = wall_and_pole(3.0);
+    let models: Vec<Model> = scene.models.iter().cloned().chain([coarse]).collect();
+    let mut objects = [0, 1, 2].map(|model| crate::testing::object(model, glam::DMat4::IDENTITY));
+    objects[1].error_m = pole_error_m;
+    objects[2].error_m = coarse_error_m;
+    let scene = Scene::new(models, objects.to_vec());
+    checked(&scene, cell(&[0, 2], Guarantee::Conservative), 64)
+}
+
+#[test]
+fn a_coarse_thing_blinds_to_itself_only() {
+    let exact = beside_something_coarse(0.0, 0.0);
+    assert_eq!(
+        beside_something_coarse(0.0, 5.0),
+        exact,
+        "what is coarse stands elsewhere"
+    );
+    assert_eq!(exact.misses.len(), 1);
+    let coarse = beside_something_coarse(5.0, 0.0);
+    assert_eq!((coarse.misses.len(), coarse.unconfirmed.len()), (0, 1));
+}
+
 fn verdict_pixels() -> u64 {
     crate::verdict::PIXELS
 }

@@ -13,7 +13,7 @@ const SAME: f32 = 1e-3;
 const BETTER: f32 = 0.95;
 
 /// Three directions across each other.
-pub(super) struct Frame {
+pub(crate) struct Frame {
     /// Through the door.
     pub(super) normal: Vec3,
     /// Along its edges.
@@ -22,7 +22,7 @@ pub(super) struct Frame {
 
 impl Frame {
     /// The frame of some faces, which are not none.
-    pub(super) fn of(triangles: &[Triangle]) -> Self {
+    pub(crate) fn of(triangles: &[Triangle]) -> Self {
         let length = |direction: Vec3| {
             let corners = triangles.iter().flat_map(|triangle| triangle.corners);
             let heights = corners.map(|corner| direction.dot(corner));
@@ -55,7 +55,7 @@ impl Frame {
     }
 
     /// A point along its axes and its normal.
-    pub(super) fn place(&self, point: Vec3) -> DVec3 {
+    pub(crate) fn place(&self, point: Vec3) -> DVec3 {
         let along = |direction: Vec3| direction.as_dvec3().dot(point.as_dvec3());
         DVec3::new(along(self.axes[0]), along(self.axes[1]), along(self.normal))
     }

@@ -16,9 +16,9 @@ mod section;
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
+pub(crate) use self::frame::Frame;
 use self::{
     beside::Neighbour,
-    frame::Frame,
     gap::Grid,
     section::{Section, Solid},
 };
