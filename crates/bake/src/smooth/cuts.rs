@@ -22,8 +22,8 @@ const NEXT_LOOK: f64 = 1.15;
 const FIRST_ERROR: f64 = 0.06;
 /// Cuts are looked for inside of a pass where its end has so many times less than the error that is wanted next.
 const GAP: f64 = 4.0;
-/// What stands for the end of the last pass there, of the box's diagonal: smaller errors are not worth cuts of their own inside of it.
-const LAST_ERROR: f64 = 0.002;
+/// What stands for a smaller error there, of the box's diagonal: so little is not worth cuts inside of a pass.
+const LEAST_ERROR: f64 = 0.002;
 /// Such a part of the pass's bytes is near enough to where the error falls below what is wanted.
 const INSIDE: usize = 32;
 /// More cuts are not worth their bytes in the header.
@@ -48,6 +48,7 @@ pub(super) fn choose(
         rough_ruler: Ruler::new(source, FEW_SAMPLES),
         ruler,
         wanted: FIRST_ERROR * source.diagonal(),
+        least: LEAST_ERROR * source.diagonal(),
         cuts: Vec::new(),
     };
     let mut decoder = search.decoded(0)?;
@@ -70,7 +71,7 @@ pub(super) fn choose(
         }
         looked_at = bytes;
     }
-    search.cut_inside(looked_at..stream.len(), LAST_ERROR * source.diagonal())?;
+    search.cut_inside(looked_at..stream.len(), 0.0)?;
     search.cuts.push(Cut {
         bytes: stream.len() as u32,
         triangles: mesh.triangles.len() as u32,
@@ -87,6 +88,8 @@ struct Search<'a> {
     ruler: &'a Ruler<'a>,
     /// The most that its error may be, in steps of the lattice.
     wanted: f64,
+    /// What is less is not worth cuts inside of a pass.
+    least: f64,
     cuts: Vec<Cut>,
 }
 
@@ -121,6 +124,7 @@ impl Search<'_> {
 
     /// Cuts wherever the error has halved before some bytes have all come, whose own error is known and stays that of a cut.
     fn cut_inside(&mut self, bytes: Range<usize>, last_error: f64) -> Result<(), SmoothError> {
+        let last_error = last_error.max(self.least);
         if GAP * last_error > self.wanted {
             return Ok(());
         }
