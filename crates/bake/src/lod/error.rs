@@ -21,8 +21,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::lod::proximity::{Corners, ShapeTree};
-use crate::smooth::error::{mean_square, spread};
+use crate::lod::proximity::{Corners, ShapeTree, shapes_of};
+use crate::smooth::error::{Ruler, Surface};
 use crate::source::Primitive;
 
 /// When the error measure is content.
@@ -54,12 +54,11 @@ impl Default for HausdorffLimits {
 /// et al. 1998): a mean and no bound, in model-space units. Infinite when a side has no shapes.
 #[must_use]
 pub fn rms(a: &[Primitive], b: &[Primitive], samples: usize) -> f64 {
-    let (a, b) = (ShapeTree::of(a), ShapeTree::of(b));
-    if a.shapes.is_empty() || b.shapes.is_empty() {
+    let [a, b] = [a, b].map(|primitives| Surface::of_shapes(shapes_of(primitives)));
+    if a.is_empty() {
         return f64::INFINITY;
     }
-    let one_sided = |from: &ShapeTree, to| mean_square(&spread(&from.shapes, samples), to);
-    one_sided(&a, &b).max(one_sided(&b, &a)).sqrt()
+    Ruler::new(&a, samples).rms(&b)
 }
 
 /// How many points are asked for a first lower bound, and how many for a better one in each round.

@@ -27,7 +27,7 @@ pub mod generate;
 pub mod join;
 #[cfg(test)]
 mod method_tests;
-mod octree;
+pub(crate) mod octree;
 mod patches;
 pub(crate) mod proximity;
 mod quadric;

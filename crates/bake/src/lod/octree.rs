@@ -310,7 +310,7 @@ pub(super) fn to_f64(position: [f32; 3]) -> DVec3 {
 }
 
 /// A Morton order for things with centres: the order in which to put them.
-pub(super) fn morton_order(centers: &[DVec3]) -> Vec<u32> {
+pub(crate) fn morton_order(centers: &[DVec3]) -> Vec<u32> {
     let root = RootCube::around(centers.iter().copied());
     let mut order: Vec<(u64, u32)> = centers.iter().map(|c| root.code(*c)).zip(0..).collect();
     radix::sort(&mut order);

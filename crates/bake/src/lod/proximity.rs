@@ -38,21 +38,26 @@ pub(crate) struct Near {
     pub(crate) distance: f64,
 }
 
+/// All shapes of some primitives, in their order.
+pub(crate) fn shapes_of<'a>(primitives: impl IntoIterator<Item = &'a Primitive>) -> Vec<Corners> {
+    let mut shapes = Vec::new();
+    for primitive in primitives {
+        let arity = primitive.topology.arity();
+        for shape in primitive.indices.chunks_exact(arity) {
+            let corner = |i: usize| {
+                let position = primitive.positions[shape[i.min(arity - 1)] as usize];
+                DVec3::from_array(position.map(f64::from))
+            };
+            shapes.push([corner(0), corner(1), corner(2)]);
+        }
+    }
+    shapes
+}
+
 impl ShapeTree {
     /// All shapes of some primitives.
     pub(crate) fn of<'a>(primitives: impl IntoIterator<Item = &'a Primitive>) -> Self {
-        let mut shapes = Vec::new();
-        for primitive in primitives {
-            let arity = primitive.topology.arity();
-            for shape in primitive.indices.chunks_exact(arity) {
-                let corner = |i: usize| {
-                    let position = primitive.positions[shape[i.min(arity - 1)] as usize];
-                    DVec3::from_array(position.map(f64::from))
-                };
-                shapes.push([corner(0), corner(1), corner(2)]);
-            }
-        }
-        Self::new(shapes)
+        Self::new(shapes_of(primitives))
     }
 
     /// Of shapes one by one.
@@ -154,7 +159,7 @@ impl ShapeTree {
 }
 
 /// The box around a shape.
-fn bounds(&[a, b, c]: &Corners) -> (DVec3, DVec3) {
+pub(crate) fn bounds(&[a, b, c]: &Corners) -> (DVec3, DVec3) {
     (a.min(b).min(c), a.max(b).max(c))
 }
 

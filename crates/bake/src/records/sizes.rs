@@ -88,16 +88,18 @@ impl PicturesOnModel<'_> {
         Some((self.covered.get(&image)? / DVec2::from(side_px)).max_element())
     }
 
-    /// The same mesh with its largest picture two sizes smaller, at the error from which on that is good enough; `None` where
-    /// that would save next to nothing.
+    /// The same mesh with its largest picture two sizes smaller, or as many more as it takes to be another picture, at the error from
+    /// which on that is good enough; `None` where that would save next to nothing.
     pub(super) fn with_smaller(&self, level: LodLevel, scene: &SourceScene) -> Option<LodLevel> {
         let used = pictures_of(&level, scene).into_iter();
         let largest = used.max_by_key(|image| self.at(*image, level.geometric_error).bytes)?;
         let (halvings, rungs) = (self.halvings(largest, level.geometric_error), &self.ladders[largest].1);
-        if rungs[halvings].bytes < LEAST_PICTURE_BYTES || halvings + 1 == rungs.len() {
+        if rungs[halvings].bytes < LEAST_PICTURE_BYTES {
             return None;
         }
-        let geometric_error = self.texel(largest, halvings + 2)?;
+        let is_another = |smaller: &usize| rungs[*smaller] != rungs[halvings];
+        let smaller = ((halvings + 2).min(rungs.len() - 1)..rungs.len()).find(is_another)?;
+        let geometric_error = self.texel(largest, smaller)?;
         (geometric_error > level.geometric_error).then_some(LodLevel {
             geometric_error,
             ..level
@@ -121,8 +123,9 @@ mod tests {
     use super::*;
     use crate::source::{Material, Primitive, Texture};
 
-    #[test]
-    fn pictures_get_smaller_where_the_mesh_does_not() {
+    /// Of a model with 1,024 texels along 4 units, of which nothing but the picture gets smaller: the errors of its levels in texels,
+    /// and the bytes of their pictures.
+    fn shown(ladder: &[u64]) -> Vec<(f64, u64)> {
         let scene = SourceScene {
             materials: vec![Material {
                 gltf: serde_json::json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}),
@@ -135,20 +138,15 @@ mod tests {
             }],
             ..SourceScene::default()
         };
-        let rung = |bytes: u64| TextureRef {
+        let rung = |bytes: &u64| TextureRef {
             url: BlobName::of(&bytes.to_le_bytes(), "png").unwrap(),
-            bytes,
+            bytes: *bytes,
         };
-        // 1,024 texels along 4 units.
-        let ladder = (
-            Some([1024, 1024]),
-            [900_000, 300_000, 80_000, 20_000, 6_000, 1_500].map(rung).to_vec(),
-        );
         let pictures = PicturesOnModel {
-            ladders: &[ladder],
+            ladders: &[(Some([1024, 1024]), ladder.iter().map(rung).collect())],
             covered: BTreeMap::from([(0, DVec2::splat(4.0))]),
         };
-        let level = LodLevel {
+        let whole = LodLevel {
             geometric_error: 0.0,
             triangles: 1,
             lines: 0,
@@ -159,20 +157,27 @@ mod tests {
                 ..Primitive::default()
             }],
         };
-        let mut shown = vec![(level.geometric_error, pictures.at(0, 0.0).bytes)];
-        let mut last = Some(level);
+        let mut shown = Vec::new();
+        let mut last = Some(whole);
         while let Some(level) = last {
+            let error = level.geometric_error;
+            shown.push(((error * 256.0).round(), pictures.at(0, error).bytes));
             last = pictures.with_smaller(level, &scene);
-            shown.extend(
-                last.as_ref()
-                    .map(|l| (l.geometric_error, pictures.at(0, l.geometric_error).bytes)),
-            );
         }
-        let texels: Vec<_> = shown
-            .iter()
-            .map(|(error, bytes)| ((error * 256.0).round(), *bytes))
-            .collect();
-        assert_eq!(texels, [(0.0, 900_000), (4.0, 80_000), (16.0, 6_000), (64.0, 1_500)]);
+        shown
+    }
+
+    #[test]
+    fn pictures_get_smaller_where_the_mesh_does_not() {
+        let shown = shown(&[900_000, 300_000, 80_000, 20_000, 6_000, 1_500]);
+        assert_eq!(shown, [(0.0, 900_000), (4.0, 80_000), (16.0, 6_000), (32.0, 1_500)]);
+    }
+
+    #[test]
+    fn no_level_shows_the_picture_of_the_one_before() {
+        // Sizes that would save nothing are the larger one again.
+        let shown = shown(&[90_000, 90_000, 90_000, 60_000, 60_000, 20_000]);
+        assert_eq!(shown, [(0.0, 90_000), (8.0, 60_000), (32.0, 20_000)]);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! 3. `lattices`: on how fine a lattice each pass stands;
 //! 4. `script`: the collapses, undone from the last, told to `belvedere_scene::smooth::replay`;
 //!    `weights` finds out first how this mesh's positions are predicted best;
-//! 5. `cuts` over [`mod@error`]: where it is good to stop.
+//! 5. `cuts` over [`mod@error`] and `surface`: where it is good to stop.
 //!
 //! [`thesis`] writes the packets of the thesis, to compare with. [`publish`] says which models of a scene get one, how fine, and how far each rung is from the source.
 
@@ -21,6 +21,7 @@ mod publish_tests;
 pub(crate) mod quadric;
 pub mod quantise;
 mod script;
+mod surface;
 #[cfg(test)]
 mod tests;
 pub mod thesis;

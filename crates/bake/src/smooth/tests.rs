@@ -248,6 +248,47 @@ fn errors_fall_along_the_stream_and_cuts_state_them() {
     assert_eq!(cuts.last().map(|cut| cut.bytes as usize), Some(bytes.len()));
 }
 
+/// Leaves of two triangles each, strewn about: nothing that could be simplified, but for leaving some out.
+fn leaves(count: u32) -> SourceModel {
+    let mut state = 7u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    };
+    let mut primitive = Primitive::default();
+    for leaf in 0..count {
+        let place = [10.0; 3].map(|side| side * random());
+        let [along, across] = [[0.3; 3]; 2].map(|way| way.map(|side| side * (random() - 0.5)));
+        for (a, b) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
+            let corner = |axis| place[axis] + a * along[axis] + b * across[axis];
+            primitive.positions.push([corner(0), corner(1), corner(2)]);
+        }
+        primitive
+            .indices
+            .extend([0, 1, 2, 0, 2, 3].map(|corner| 4 * leaf + corner));
+    }
+    SourceModel {
+        primitives: vec![primitive],
+        ..SourceModel::default()
+    }
+}
+
+#[test]
+fn errors_halve_from_cut_to_cut_where_loose_leaves_come_in_one_pass() {
+    let mesh = QuantisedMesh::new(&leaves(300), Precision::default());
+    let bytes = encode(&mesh);
+    assert_restored(&mesh, &decoded(&bytes));
+    let (header, _) = Header::read(&bytes).unwrap().unwrap();
+    let diagonal = Surface::of(&mesh).diagonal() * f64::from(mesh.step);
+    let errors = header.cuts.iter().map(|cut| f64::from(cut.rms_error) / diagonal);
+    let (mut last, mut cuts) = (0.12, 0);
+    for error in errors.take(header.cuts.len() - 1) {
+        assert!(error <= last / 2.0 && error > last / 3.0, "{error} after {last}");
+        (last, cuts) = (error, cuts + 1);
+    }
+    assert!(cuts >= 3 && last < 0.015, "{cuts} cuts, {last}");
+}
+
 #[test]
 fn a_smooth_lod_is_much_smaller_than_its_arrays() {
     let mesh = QuantisedMesh::new(&sheet(60), without_attributes());

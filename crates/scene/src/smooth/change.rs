@@ -16,7 +16,7 @@ pub struct Opened {
 }
 
 /// What a split does, in detail: an intermediate between [`Split`] and the mesh.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Change {
     /// Triangles that will be the old vertex's; new ones have their future numbers.
     stay: Runs,

@@ -13,7 +13,7 @@ use super::script::Nothing;
 /// come by what one split takes, some dozen bytes.
 ///
 /// Memory is bounded by [`Header::memory_bytes`], and grows only with what has been decoded.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Decoder {
     most_memory_bytes: u64,
     bytes: Vec<u8>,
@@ -22,7 +22,7 @@ pub struct Decoder {
 }
 
 /// From when the header is known.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Begun {
     header: Header,
     header_bytes: usize,

@@ -42,7 +42,7 @@ impl Fan {
 const MOST_FANS: usize = 24;
 
 /// All triangles around one vertex.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Star {
     /// Fan by fan.
     pub spokes: Vec<Spoke>,

@@ -14,7 +14,7 @@ const AT_ONCE: usize = 8;
 pub(super) const TOO_MANY_LOOKS: &str = "it makes its reader look at more than a mesh of its size needs";
 
 /// What may still be looked at.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Looks {
     left: u64,
 }

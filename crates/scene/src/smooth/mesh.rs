@@ -9,7 +9,7 @@ use super::stars::{List, Stars};
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A mesh while it grows.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Mesh {
     pub(super) points: Vec<Point>,
     /// By vertex, too; looked at seldom.

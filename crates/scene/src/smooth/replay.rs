@@ -52,7 +52,7 @@ pub(super) struct Models {
 }
 
 /// The mesh so far, and where in the stream one is.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Replay {
     pub(super) mesh: Mesh,
     pub(super) phase: Phase,

@@ -6,7 +6,7 @@
 use super::stars::SMALLEST;
 
 /// A list of numbers. Behind its end there is room for a run's worth of anything.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Runs {
     numbers: Vec<u32>,
     length: usize,

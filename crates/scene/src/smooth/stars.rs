@@ -4,7 +4,7 @@ use super::mesh::NONE;
 use super::runs::Runs;
 
 /// The places of all lists.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Stars {
     places: Vec<u32>,
     /// First places of unused blocks, by class.

@@ -7,7 +7,7 @@ use super::super::script::Script;
 use super::Done;
 
 /// Materials of triangles, if there are several.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Materials {
     of: Vec<u16>,
     count: u32,

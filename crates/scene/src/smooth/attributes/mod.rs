@@ -25,7 +25,7 @@ use values::Values;
 use wedges::{Corner, Wedges};
 
 /// Attributes while a mesh grows.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Attributes {
     materials: Materials,
     wedges: Wedges,

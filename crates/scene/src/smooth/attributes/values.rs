@@ -11,7 +11,7 @@ use super::wedges::Corner;
 use super::{ChannelKind, Done};
 
 /// Numbers of wedges while a mesh grows.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Values {
     kinds: Vec<ChannelKind>,
     /// Numbers of a wedge.

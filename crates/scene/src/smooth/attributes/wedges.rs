@@ -38,7 +38,7 @@ struct Question {
 }
 
 /// Wedges of corners while a mesh grows.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Wedges {
     /// Of the triangles' corners.
     pub(super) corners: Vec<[u32; 3]>,
