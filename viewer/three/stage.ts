@@ -270,6 +270,16 @@ export class Stage {
     if (!this.isRenewing) this.renderer.render(this.scene, this.camera);
   }
 
+  /** The picture as it is, which stays when the stage is closed; with a pixel for each of the page. */
+  copy(): HTMLCanvasElement {
+    const { width, height } = this.size;
+    const copy = Object.assign(document.createElement("canvas"), { width, height });
+    // Browsers keep what was drawn only until they have shown it.
+    this.render(undefined);
+    copy.getContext("2d")?.drawImage(this.canvas, 0, 0, width, height);
+    return copy;
+  }
+
   /** Has the graphics card, which has lost all of it, learn anew what it draws; answers whether it can, and was not lost again. */
   private async renew(): Promise<boolean> {
     const { losses } = this;
