@@ -5,7 +5,7 @@
 import { BackSide, BoxGeometry, Color, FogExp2, LinearSRGBColorSpace, Mesh, ShaderMaterial } from "three";
 
 const HAZE = 0xd9dfe1;
-const GROUND = 0x8e8d83;
+const GROUND = 0xa09e90;
 /** Colours above, at shares of the way from the zenith down to the horizon, in equal angles. */
 const COLOURS = [
   [0, 0x3d5f8c],
@@ -15,7 +15,7 @@ const COLOURS = [
 /** One sees so far at least, and so many times as far as a world is long: 63 % of what is there is haze. */
 const [LEAST_SIGHT_M, SIGHT_LENGTHS] = [1500, 2];
 /** The eye is over the ground by no less than this share of how far one sees, so that the horizon is soft for who stands, too. */
-const LEAST_HEIGHT = 0.06;
+const LEAST_HEIGHT = 0.1;
 
 const VERTEX = /* glsl */ `
 varying vec3 vDirection;
