@@ -10,7 +10,7 @@ serve_museum
 for world in viewer/e2e/worlds/*.dcg; do "$belvedere" bake "$world" --scene "$(basename "$world" .dcg)" --data "$data"; done
 story() { BELVEDERE="$belvedere" BELVEDERE_URL="$1/?scene=museum" ARTIFACTS="$PWD/artifacts/$2" node "viewer/e2e/$3.mjs"; }
 echo "walking through $base"
-for name in walk recording keys sizes layout inspector elsewhere smooth reach embed leaving outage hosts crowd; do story "$base" served "$name"; done
+for name in walk recording keys sizes layout inspector elsewhere smooth reach embed embeds leaving outage hosts crowd; do story "$base" served "$name"; done
 
 for scene in museum doored; do "$belvedere" publish "$scene" --data "$data" --to "$work/tree"; done
 python3 -u -m http.server --bind 127.0.0.1 --directory "$work/tree" 0 >"$work/plain.log" 2>&1 &

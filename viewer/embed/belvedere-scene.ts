@@ -1,7 +1,8 @@
 /**
  * How does any page show a world with one tag? `<belvedere-scene src="https://host/?scene=museum">`: `src` is a link to a
  * viewer, with the scene and the pose that it carries. The element takes the size that it is given, hears keys only while it
- * has the focus, and frees everything when it leaves the page.
+ * has the focus, and frees everything when it leaves the page. Of many on one page a few draw at once, and the others show their last
+ * picture (`seats.ts`).
  *
  * It dispatches `ready` when the first picture is complete, and `problem`, with the error as `detail`, when something
  * could not be loaded.
@@ -28,11 +29,19 @@ import { Visit } from "../ui/visit.ts";
 import { Attention, isTyping } from "./attention.ts";
 import type { Caption } from "./caption.ts";
 import { type Furniture, furnish, HOW_TO_MOVE } from "./furniture.ts";
+import { showPoster } from "./poster.ts";
 import { isSameWorld } from "./sameworld.ts";
+import { Seats } from "./seats.ts";
 import { takeEarly } from "./upgrade.ts";
 
 /** Of all elements on the page, those of other versions apart. */
 const attention = new Attention<BelvedereScene>(() => isTyping(document.activeElement));
+
+/** So many draw at once. */
+const seats = new Seats<BelvedereScene>(matchMedia("(pointer: coarse)").matches ? 3 : 8);
+const views = new IntersectionObserver((changes) => {
+  for (const { target, isIntersecting } of changes) seats.sees(target as BelvedereScene, isIntersecting);
+});
 
 /** The server of a tree that is shown by a page of whoever. */
 const behind = (base: URL): Server => ({ ...serverAt(base, location.origin), isForeignPage: true });
@@ -48,6 +57,8 @@ export class BelvedereScene extends HTMLElement {
   private wanted: Pose | undefined;
   /** Where one was in what a link leads to, when the element left the page: who moves it in the page stays there. */
   private kept: { readonly src: string; readonly pose: Pose } | undefined;
+  /** The last picture, while something else draws, and until there is a new one. */
+  private poster: HTMLCanvasElement | undefined;
   /** Which attempt to show something is the current one. */
   private attempt = 0;
 
@@ -55,17 +66,38 @@ export class BelvedereScene extends HTMLElement {
     addEventListener("online", this.retry);
     attention.enters(this);
     takeEarly(this, "src");
-    void this.show();
+    seats.enters(this);
+    views.observe(this);
+    if (!seats.has(this)) this.poster = showPoster(this, this.poster);
     takeEarly(this, "pose");
   }
 
   disconnectedCallback(): void {
     removeEventListener("online", this.retry);
     attention.leaves(this);
+    views.unobserve(this);
+    seats.leaves(this);
+    this.keepPlace();
+    this.leave();
+  }
+
+  /** There is room for it to draw. */
+  draws(): void {
+    void this.show();
+  }
+
+  /** Others need the room. */
+  rests(): void {
+    this.keepPlace();
+    const picture = this.visit?.copy() ?? this.poster;
+    this.leave();
+    this.poster = showPoster(this, picture);
+  }
+
+  private keepPlace(): void {
     const { src, pose } = this;
     // Who is moved twice may not have come anywhere in between.
-    if (pose) this.kept = { src, pose };
-    this.leave();
+    if (this.visit && pose) this.kept = { src, pose };
   }
 
   /** Whether keys go to it. */
@@ -75,7 +107,7 @@ export class BelvedereScene extends HTMLElement {
 
   attributeChangedCallback(_name: string, before: string | null, after: string | null): void {
     // What stands in the page's text is there before the element is connected.
-    if (this.attempt === 0 || !this.isConnected || before === after) return;
+    if (!seats.has(this) || before === after) return;
     if (this.visit && after !== null && isSameWorld(before, after, document.baseURI)) this.goOn(this.visit, after);
     else void this.show();
   }
@@ -93,9 +125,10 @@ export class BelvedereScene extends HTMLElement {
     this.canvas?.focus(options);
   }
 
-  /** Where the eye is, once the scene is open. */
+  /** Where the eye is, once the scene is open; while others draw, where it was and will be. */
   get pose(): Pose | undefined {
-    if (!this.visit) return undefined;
+    if (!this.visit)
+      return this.isConnected && !seats.has(this) && this.kept?.src === this.src ? this.kept.pose : undefined;
     const { position, yaw, pitch, mode } = this.visit.walker;
     return { position, yaw, pitch, mode };
   }
@@ -153,7 +186,12 @@ export class BelvedereScene extends HTMLElement {
   private async show(): Promise<void> {
     this.leave();
     const { attempt } = this;
-    const furniture = furnish(this, () => this.dispatchEvent(new Event("ready")));
+    const furniture = furnish(this, () => {
+      this.poster?.remove();
+      this.poster = undefined;
+      this.dispatchEvent(new Event("ready"));
+    });
+    if (this.poster) furniture.canvas.after(this.poster);
     const { canvas, caption } = furniture;
     for (const name of ["pointerdown", "focus"]) canvas.addEventListener(name, () => attention.uses(this));
     [this.canvas, this.caption] = [canvas, caption];

@@ -37,16 +37,23 @@ export function furnish(element: HTMLElement, ready: () => void): Furniture {
   canvas.addEventListener("focus", () => announcer.comes());
   const line = make("p");
   const way = make("button", { type: "button", hidden: true });
-  const root = element.shadowRoot ?? element.attachShadow({ mode: "open" });
+  const root = shadowOf(element);
   const goes = () => {
     if (root.activeElement === way) canvas.focus({ preventScroll: true });
   };
   const caption = new Caption(line, { ready, goes }, way, announcer);
   const [label, padButton] = [make("span"), make("kbd", { hidden: true })];
   const button = make("button", { type: "button", "aria-keyshortcuts": "Enter", hidden: true }, padButton, " ", label);
+  root.replaceChildren(canvas, over, picture, live, make("div", { class: "caption" }, button, line, way));
+  return { canvas, over, stick, caption, picture, announcer, door: { button, label, padButton } };
+}
+
+/** The shadow tree of an element, with its style. */
+export function shadowOf(element: HTMLElement): ShadowRoot {
+  if (element.shadowRoot) return element.shadowRoot;
+  const root = element.attachShadow({ mode: "open" });
   const style = new CSSStyleSheet();
   style.replaceSync(STYLE);
   root.adoptedStyleSheets = [style];
-  root.replaceChildren(canvas, over, picture, live, make("div", { class: "caption" }, button, line, way));
-  return { canvas, over, stick, caption, picture, announcer, door: { button, label, padButton } };
+  return root;
 }

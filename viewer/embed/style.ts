@@ -27,6 +27,12 @@ canvas:focus-visible {
   outline: 2px solid #e8b96a;
   outline-offset: -2px;
 }
+.poster {
+  position: absolute;
+  inset: 0;
+  cursor: auto;
+  pointer-events: none;
+}
 .caption {
   position: absolute;
   left: 12px;

@@ -1,28 +1,26 @@
 /**
- * What does the picture look like? Renderer, camera, light and sky: soft light from above, a faint room environment so
- * that metals have something to reflect, and a quiet gradient where there is no geometry. Draws only when asked.
+ * What does the picture look like? Renderer, camera, light and sky: soft light from all around, which metals mirror, a
+ * quiet sky and level ground where there is no geometry, and haze before what is far away. Draws only when asked.
  */
 import {
   ACESFilmicToneMapping,
   Color,
   DirectionalLight,
-  HemisphereLight,
-  Object3D,
+  type Object3D,
   PerspectiveCamera,
   Plane,
-  PMREMGenerator,
   Raycaster,
   Scene,
   Vector2,
   Vector3,
   WebGLRenderer,
 } from "three";
-import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
-import type { Bounds, Vec3 } from "../core/basics/geometry.ts";
+import { type Bounds, diagonal_m, type Vec3 } from "../core/basics/geometry.ts";
 import { Resolution } from "../core/pace/resolution.ts";
 import type { Eye } from "../core/strategy/sight.ts";
 import { nextTask, Programs, rarerMeshes, usualMeshes } from "./programs.ts";
-import { sky } from "./sky.ts";
+import { Sky } from "./sky.ts";
+import { skylight } from "./skylight.ts";
 import { ViewVolume } from "./viewvolume.ts";
 
 const VIEW_ANGLE_DEG = 62;
@@ -32,7 +30,8 @@ const NEAR_SHARE = 0.01;
 /** Nor what is nearer than this share of the way to the nearest thing that can be seen: other people may be on the way. */
 const NEAR_OF_CLEARANCE = 0.03;
 const MAX_PIXEL_RATIO = 2;
-const ENVIRONMENT_SIZE_PX = 64;
+/** How bright the light from all around is beside the sun. */
+const SKYLIGHT = 0.72;
 /** Pixels are given up until the picture is so small, a share of its full width and height. */
 const LEAST_SCALE = 0.35;
 
@@ -60,6 +59,7 @@ export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
   private readonly renderer: WebGLRenderer;
+  private readonly sky = new Sky();
   private readonly programs: Programs;
   private readonly resolution = new Resolution(LEAST_SCALE);
   private movingScale = 1;
@@ -80,9 +80,7 @@ export class Stage {
     await nextTask();
     // It asks for this with the first picture of a texture otherwise, and waits.
     stage.renderer.capabilities.getMaxAnisotropy();
-    const backdrop = sky();
-    stage.add(backdrop);
-    await Promise.all([stage.prepare(backdrop), stage.prepare(usualMeshes())]);
+    await Promise.all([stage.prepare(stage.sky.mesh), stage.prepare(usualMeshes())]);
     // Who begins now does so in a task of its own, and does not wait for what is seldom needed.
     await nextTask();
     void nextTask().then(() => stage.programs.prepareAhead(rarerMeshes()));
@@ -113,7 +111,7 @@ export class Stage {
       this.losses += 1;
     });
     this.fill(this.pixelRatio());
-    this.light(fast);
+    this.light();
   }
 
   /** Calls back when the graphics card is lost to the page, which nobody can draw on meanwhile. */
@@ -137,13 +135,14 @@ export class Stage {
     return this.programs.prepare(root);
   }
 
-  /** Fits the near and the far plane to a world. */
+  /** Fits the near and the far plane, and the haze, to a world. */
   fit(bounds: Bounds): void {
-    const diagonal_m = Math.hypot(...[0, 1, 2].map((axis) => (bounds.max[axis] ?? 0) - (bounds.min[axis] ?? 0)));
+    const across_m = diagonal_m(bounds);
     this.least_m = {
-      near: diagonal_m > 0 ? Math.min(NEAR_M, NEAR_SHARE * diagonal_m) : NEAR_M,
-      far: Math.max(200, diagonal_m * 2),
+      near: across_m > 0 ? Math.min(NEAR_M, NEAR_SHARE * across_m) : NEAR_M,
+      far: Math.max(200, across_m * 2),
     };
+    this.sky.fit(across_m, bounds.min[1]);
     this.reach(0, 0);
   }
 
@@ -221,6 +220,7 @@ export class Stage {
   aim(position: Vec3, yaw: number, pitch: number): void {
     this.camera.position.set(...position);
     this.camera.rotation.set(pitch, yaw, 0);
+    this.sky.seeFrom(position[1]);
   }
 
   /** The ray from the eye through a point of the canvas, in CSS pixels. */
@@ -270,6 +270,16 @@ export class Stage {
     if (!this.isRenewing) this.renderer.render(this.scene, this.camera);
   }
 
+  /** The picture as it is, which stays when the stage is closed; with a pixel for each of the page. */
+  copy(): HTMLCanvasElement {
+    const { width, height } = this.size;
+    const copy = Object.assign(document.createElement("canvas"), { width, height });
+    // Browsers keep what was drawn only until they have shown it.
+    this.render(undefined);
+    copy.getContext("2d")?.drawImage(this.canvas, 0, 0, width, height);
+    return copy;
+  }
+
   /** Has the graphics card, which has lost all of it, learn anew what it draws; answers whether it can, and was not lost again. */
   private async renew(): Promise<boolean> {
     const { losses } = this;
@@ -306,26 +316,16 @@ export class Stage {
     painting.draw(this.renderer);
   }
 
-  private light(reflections: boolean): void {
-    const skyLight = new HemisphereLight(new Color(0xe3ebf5), new Color(0x7d6f5f), reflections ? 0.9 : 1.6);
-    this.scene.add(skyLight);
-    if (reflections) this.paint({ sample: () => new Object3D(), draw: () => this.reflectRoom() });
+  private light(): void {
+    this.scene.environment = skylight();
+    this.scene.environmentIntensity = SKYLIGHT;
     // Two lights from unequal sides, so that walls of every direction differ in tone.
     const sun = new DirectionalLight(new Color(0xfff0d9), 1.7);
     sun.position.set(0.5, 1, 0.3);
     const fill = new DirectionalLight(new Color(0xbfd4f2), 0.6);
     fill.position.set(-0.7, 0.35, -0.4);
-    this.scene.add(sun, fill);
-  }
-
-  private reflectRoom(): void {
-    const room = new RoomEnvironment();
-    const generator = new PMREMGenerator(this.renderer);
-    this.scene.environment?.dispose();
-    this.scene.environment = generator.fromScene(room, 0.04, 0.1, 100, { size: ENVIRONMENT_SIZE_PX }).texture;
-    this.scene.environmentIntensity = 0.28;
-    generator.dispose();
-    room.dispose();
+    this.scene.add(sun, fill, this.sky.mesh);
+    this.scene.fog = this.sky.haze;
   }
 }
 

@@ -338,6 +338,11 @@ export class Visit {
     return { drawCalls, triangles };
   }
 
+  /** The picture as it is, which stays when the visit is over. */
+  copy(): HTMLCanvasElement {
+    return this.parts.stage.copy();
+  }
+
   /** Brings a published file, after all that can be seen stands there. */
   fetch({ url, bytes }: FileRef): Promise<ArrayBuffer> {
     const { queue, tree } = this.parts.scene;

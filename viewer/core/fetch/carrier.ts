@@ -13,6 +13,7 @@ import type { FetchQueueOptions } from "./fetchqueue.ts";
 import type { Meter } from "./linemeter.ts";
 import { mayPass } from "./losses.ts";
 import { Patience } from "./patience.ts";
+import type { Rest } from "./rest.ts";
 import type { Silence, Silences } from "./silences.ts";
 import { FetchError, pause, StallError, type TransferOptions, transfer } from "./transfer.ts";
 import { isImmutable, isRung, promisedHash, verify } from "./verify.ts";
@@ -69,6 +70,8 @@ export class Carrier {
     private readonly meter: Meter,
     /** Told of what is silent while it is tried again. */
     private readonly silences: Silences,
+    /** Told of what a server asks for, which is waited for before another try. */
+    private readonly rest: Rest,
   ) {
     this.patience = new Patience(options.quiet_ms);
   }
@@ -110,9 +113,15 @@ export class Carrier {
         if (!mayPass(kind) || last || !download.isWorthAnotherTry) throw error;
         if (error instanceof StallError) this.tell(url, "stalled", attempt, error.waited_ms);
         if (kind === "broken") this.tell(url, "broken", attempt);
+        const rest_ms = this.rest.left_ms(url);
+        if (rest_ms > 0) this.tell(url, "resting", attempt, rest_ms);
         // A browser may have kept what cannot be unpacked.
         pastCache ||= kind === "broken";
         await pause(this.options.backoff_ms * 2 ** (attempt - 1), controller.signal);
+        // Others may have been told meanwhile.
+        while (this.rest.isOn(url) && !controller.signal.aborted) {
+          await pause(this.rest.left_ms(url), controller.signal);
+        }
         if (controller.signal.aborted) throw cancelled(url);
       }
       this.tally.retries += 1;
@@ -268,7 +277,10 @@ export class Carrier {
       this.breaker?.answered(url);
       return headers;
     } catch (error) {
-      if (error instanceof FetchError && error.kind === "status") this.breaker?.answered(url);
+      if (error instanceof FetchError) {
+        if (error.kind === "status") this.breaker?.answered(url);
+        this.rest.hears(error);
+      }
       throw error;
     } finally {
       trace.ends();

@@ -14,6 +14,7 @@ import { Carrier, cancelled, type FetchTally, type Hooks, Yielded } from "./carr
 import { Download } from "./download.ts";
 import { LineMeter, type Meter } from "./linemeter.ts";
 import type { RequestLog } from "./requestlog.ts";
+import { Rest } from "./rest.ts";
 import { type Silence, Silences } from "./silences.ts";
 import type { Part } from "./slices.ts";
 import { type Fetch, FetchError } from "./transfer.ts";
@@ -99,12 +100,13 @@ export class FetchQueue {
     this.options.silent?.(silence);
     if (silence) this.watcher?.silent?.(silence);
   });
+  private readonly rest = new Rest(() => this.pump());
   private watcher: FetchWatcher | undefined;
   private breaker: Breaker | undefined;
 
   constructor(private readonly options: FetchQueueOptions) {
     this.meter = options.meter ?? new LineMeter();
-    this.carrier = new Carrier(options, this.meter, this.silences);
+    this.carrier = new Carrier(options, this.meter, this.silences, this.rest);
   }
 
   /** What went over the wire so far. */
@@ -238,6 +240,7 @@ export class FetchQueue {
   close(): void {
     this.closed = true;
     for (const url of [...this.waiting.keys(), ...this.running.keys()]) this.cancel(url);
+    this.rest.close();
   }
 
   /** What is asked for in one go can only come together when it is looked at together. */
@@ -302,7 +305,8 @@ export class FetchQueue {
 
   /** What goes next: one download, or several that come together. */
   private next(): Download[] {
-    const inLine = [...this.waiting.values()].sort((a, b) => rankOf(a) - rankOf(b) || a.order - b.order);
+    const mayBeAsked = [...this.waiting.values()].filter((one) => !this.rest.isOn(one.url) || !this.travels(one));
+    const inLine = mayBeAsked.sort((a, b) => rankOf(a) - rankOf(b) || a.order - b.order);
     if (this.breaker?.isOpen) {
       const kept = inLine.find((one) => !this.travels(one));
       const next = kept ?? this.breaker.choose(inLine, ({ priority }) => purposeOf(priority) === "document");
@@ -430,7 +434,8 @@ export class FetchQueue {
     this.bundles -= 1;
     for (const member of members.filter(isWanted)) {
       this.running.delete(member.url);
-      member.alone = true;
+      // A server that asked to wait is not wrong about bundles.
+      member.alone = !this.rest.isOn(member.url);
       this.waiting.set(member.url, member);
     }
   }

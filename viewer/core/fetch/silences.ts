@@ -4,13 +4,13 @@
  */
 export interface Silence {
   readonly url: string;
-  /** What is wrong with the try: nothing has come of it so far, it was given up for that, or what came was cut or damaged. */
-  readonly how: "quiet" | "stalled" | "broken";
+  /** What is wrong with the try: nothing has come of it so far, it was given up for that, what came was cut or damaged, or the server asked to wait. */
+  readonly how: "quiet" | "stalled" | "broken" | "resting";
   /** Which it is … */
   readonly attempt: number;
   /** … of so many … */
   readonly attempts: number;
-  /** … and how long nothing came; zero of what broke. */
+  /** … and how long nothing came, or how long one was asked to wait; zero of what broke. */
   readonly waited_ms: number;
 }
 
