@@ -134,7 +134,7 @@ export abstract class Parts extends Materials {
 
   private declaredBounds(scope: Scope, { within }: Rule): Bounds | undefined {
     if (!within) return undefined;
-    const corner = ({ at, of }: Written) => 
+    const corner = ({ at, of }: Written) =>
       this.point3(scope, at, "a corner of `within`", this.value(scope, at, of)) as Vector;
     const [min, max] = [corner(within[0]), corner(within[1])];
     if (min[0] > max[0] || min[1] > max[1] || min[2] > max[2]) {
