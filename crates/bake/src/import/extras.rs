@@ -99,7 +99,10 @@ mod tests {
             format!("1 × {} (first: mesh \"m\": \"imposter\"; did you mean \"impostor\"?)", perhaps("impostor")),
             format!("1 × {} (first: node \"n\": \"parametrs\"; did you mean \"parameters\"?)", perhaps("parameters")),
             format!("1 × {} (first: material[0]: \"recolor\"; did you mean \"recolour\"?)", perhaps("recolour")),
-            format!("2 × {} (first: node \"n\": \"sead\"; did you mean \"seed\"?)", perhaps("seed")),
+            format!(
+                "2 × {} (node \"n\": \"sead\"; did you mean \"seed\"?, node \"n\": \"seeds\"; did you mean \"seed\"?)",
+                perhaps("seed")
+            ),
             "1 × member of `extras.belvedere` that is not known: ignored (first: node \"n\": \"zzz\"; known are impostor, \
              kind, name, parameters, procedural, seed)"
                 .to_owned(),

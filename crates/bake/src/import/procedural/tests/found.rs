@@ -154,7 +154,10 @@ fn no_mistake_of_rules_at_a_node_ends_the_import() {
         let imported = read("scene.glb", gltf.glb(), &files).unwrap();
         assert_eq!(names(&imported), ["n"]);
         let told: Vec<_> = imported.defects.iter().map(|defect| defect.to_string()).collect();
-        assert_eq!(told, [format!("2 × {kind} (first: node \"oak\", {place})")]);
+        assert_eq!(
+            told,
+            [format!("2 × {kind} (node \"oak\", {place}, node \"elm\", {place})")]
+        );
         gltf.json["scenes"][0]["nodes"] = json!([1]);
         let refused = read("scene.glb", gltf.glb(), &files).unwrap_err().to_string();
         assert!(
