@@ -8,12 +8,12 @@ use std::{
 
 use anyhow::Context;
 use belvedere_bake::{
+    defect::Defect,
     glb::write_whole,
     import::{
         Limits, is_gltf,
         procedural::{Ground, Growth, Sowing, plant},
     },
-    progress::Silent,
     world::MAX_PLACED_TRIANGLES,
 };
 use belvedere_scene::{
@@ -23,6 +23,7 @@ use belvedere_scene::{
 use serde::{Serialize, Serializer};
 
 use super::{
+    growing::Growing,
     output::{bytes, print, print_json},
     sowing::{SowingArgs, told},
 };
@@ -81,6 +82,9 @@ pub(super) struct Report {
     seconds: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     bytes: Option<usize>,
+    /// What was wrong, where nobody else tells.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    defects: Vec<Defect>,
 }
 
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
@@ -111,12 +115,13 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     let ground = Ground {
         files: &SourceFolder::beside(&args.file),
         limits: &limits,
-        progress: &Silent,
+        progress: &Growing::new(),
     };
     let growth = plant(&name, read, &settings, ground)
         .map_err(told)
         .with_context(|| format!("cannot grow {name}"))?;
     let mut report = Report::of(&growth, &settings, started.elapsed());
+    report.defects = growth.defects.iter().collect();
     if let Some(output) = &args.output {
         let glb = write_whole(&growth.scene);
         fs::write(output, &glb).with_context(|| format!("cannot write {}", output.display()))?;
@@ -183,6 +188,7 @@ impl Report {
             nothing: scene.objects.is_empty().then(|| growth.nothing_drawn()),
             refused: refusal(placed),
             bytes: None,
+            defects: Vec::new(),
         }
     }
 
@@ -222,6 +228,7 @@ impl Report {
         if !self.parameters_told.is_empty() {
             lines.push(format!("  parameters: {}", self.parameters_told.join("; ")));
         }
+        lines.extend(self.defects.iter().map(|defect| format!("  {defect}")));
         lines.join("\n")
     }
 }

@@ -6,6 +6,7 @@ mod check;
 mod demo;
 mod gc;
 mod grow;
+mod growing;
 mod inspect;
 mod keys;
 mod mesh;

@@ -68,7 +68,7 @@ impl Report {
             },
             records: manifest.records.into(),
             packs: manifest.packs,
-            growable: written.growable,
+            growable: written.growable.clone(),
             whole: manifest.whole.is_some(),
             bytes: manifest.bytes.clone(),
             seconds,

@@ -5,14 +5,14 @@
 use std::{
     borrow::Cow,
     fs::Metadata,
-    io::Read,
+    io::{ErrorKind, Read},
     path::{Path, PathBuf},
     sync::Mutex,
 };
 
 use anyhow::Context;
 use belvedere_bake::import::{FileError, SourceFiles, plan};
-use belvedere_scene::BlobHash;
+use belvedere_scene::{BlobHash, procedural::nearest};
 
 use crate::worlds;
 
@@ -36,12 +36,8 @@ pub(crate) struct ReadFile {
 impl SourceFolder {
     /// The folder in which this file stands.
     pub(crate) fn beside(file: &Path) -> Self {
-        let folder = file
-            .parent()
-            .filter(|parent| !parent.as_os_str().is_empty())
-            .unwrap_or(Path::new("."));
         Self {
-            root: Some(folder.to_owned()),
+            root: Some(folder_of(file).to_owned()),
             read: Mutex::default(),
         }
     }
@@ -150,10 +146,46 @@ impl TooLarge {
 /// That a file which somebody named is there and a regular one; what else is known of it.
 pub(crate) fn find_named(path: &Path) -> anyhow::Result<Metadata> {
     // Asked before it is opened, which would wait for who writes into a pipe.
-    let about = std::fs::metadata(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let about = std::fs::metadata(path).map_err(|cause| {
+        let neighbours = if cause.kind() == ErrorKind::NotFound {
+            neighbours(path)
+        } else {
+            String::new()
+        };
+        anyhow::Error::from(cause).context(format!("cannot read {}{neighbours}", path.display()))
+    })?;
     anyhow::ensure!(!about.is_dir(), "{} is a folder: name the file in it", path.display());
     anyhow::ensure!(about.is_file(), "{} is not a regular file", path.display());
     Ok(about)
+}
+
+/// Which file may be meant by one that is not there: the one in its folder that is called nearly so, or those of its kind.
+fn neighbours(path: &Path) -> String {
+    let folder = folder_of(path);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let files = folder.read_dir().into_iter().flatten().take(MOST_NAMES).flatten();
+    let files = files.filter_map(|file| file.file_name().into_string().ok());
+    let is_like = |file: &String| Path::new(file).extension() == path.extension();
+    let mut alike: Vec<String> = files.filter(is_like).collect();
+    alike.sort_unstable();
+    if let Some(meant) = nearest(&name, alike.iter().map(String::as_str)) {
+        return format!(" (did you mean {}?)", path.with_file_name(meant).display());
+    }
+    let more = alike.len().saturating_sub(MOST_LISTED);
+    alike.truncate(MOST_LISTED);
+    match (alike.is_empty(), more) {
+        (true, _) => String::new(),
+        (_, 0) => format!(" (beside it: {})", alike.join(", ")),
+        (_, more) => format!(" (beside it: {} and {more} more)", alike.join(", ")),
+    }
+}
+
+/// Most files that a message lists.
+const MOST_LISTED: usize = 12;
+
+fn folder_of(file: &Path) -> &Path {
+    let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
 }
 
 /// A file that somebody named: a regular one, of at most so many bytes; `of` says what sets that limit. [`TooLarge`] when it has more.
@@ -216,8 +248,17 @@ mod tests {
         let refused = |path| read_named(path, (11, "a test")).unwrap_err().to_string();
         assert!(refused(&endless).ends_with("is not a regular file"));
         assert!(refused(folder.path()).ends_with("is a folder: name the file in it"));
-        let error = read_named(&folder.path().join("b.dcg"), (11, "a test")).unwrap_err();
-        assert!(error.to_string().starts_with("cannot read"), "{error}");
+        for (name, told) in [
+            ("a.DCG", ""),
+            ("b.dcg", "a.dcg?)"),
+            ("other.dcg", "(beside it: a.dcg, endless.dcg)"),
+            ("b.glb", ""),
+        ] {
+            let error = read_named(&folder.path().join(name), (11, "a test")).unwrap_err();
+            let (error, cause) = (error.to_string(), error.root_cause().to_string());
+            assert!(error.starts_with("cannot read") && error.ends_with(told), "{error}");
+            assert!(cause.contains("No such file"), "{cause}");
+        }
     }
 
     #[test]

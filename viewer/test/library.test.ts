@@ -37,6 +37,9 @@ it("the examples run in Node, with the core by its name in the package", async (
   const { stdout } = await grown("seed=3", "height=12");
   expect(stdout).toMatch(/^[1-9]\d* triangles of \d+ parts, up to 1\d\.\d\d m high\n$/);
   await expect(grown("hieght=12")).rejects.toMatchObject({ stderr: expect.stringContaining("did you mean `height`?") });
+  await expect(grown("height=tall")).rejects.toMatchObject({
+    stderr: "height is tall; write a number or a list of numbers\n",
+  });
   // What lies outside of the folder is read neither by a path nor through a link.
   const outside = mkdtempSync(join(tmpdir(), "rules-"));
   try {
@@ -49,6 +52,11 @@ it("the examples run in Node, with the core by its name in the package", async (
       writeFileSync(yard, `import "${path}" as it\nit()`);
       return promisify(execFile)(process.execPath, ["examples/grow.mjs", yard], { cwd: VIEWER });
     };
+    const alone = (path: string) => promisify(execFile)(process.execPath, ["examples/grow.mjs", path], { cwd: VIEWER });
+    writeFileSync(join(outside, "sight.dcg"), 'viewpoint "a"');
+    expect((await alone(join(outside, "sight.dcg"))).stdout).toBe("the rules draw nothing\n");
+    const absent = join(outside, "absent.dcg");
+    await expect(alone(absent)).rejects.toMatchObject({ stderr: `there is no file ${absent}\n` });
     expect((await growOf("lib/../lib//post.dcg")).stdout).toMatch(/up to 3\.00 m high\n$/);
     for (const [path, told] of [
       [
@@ -56,6 +64,7 @@ it("the examples run in Node, with the core by its name in the package", async (
         '"../gate.dcg" cannot be imported: it lies outside of the source\'s folder: put it beside the source',
       ],
       [join(outside, "gate.dcg"), "it lies outside of the source's folder: put it beside the source"],
+      ["absent.dcg", '"absent.dcg" cannot be imported: there is no such file beside the rules'],
       ["link.dcg", "a link leads out of the source's folder"],
     ] as const) {
       await expect(growOf(path)).rejects.toMatchObject({ stderr: expect.stringContaining(told) });

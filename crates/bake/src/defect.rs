@@ -4,7 +4,10 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::Serialize;
 
-/// Counts defects by kind and keeps the first place of each, or all places where each must be seen to.
+/// Most places of one kind that are kept: who has mended so many asks again.
+const MOST_NAMED: usize = 64;
+
+/// Counts defects by kind and keeps the first place of each, or all places, up to [`MOST_NAMED`], where each must be seen to.
 #[derive(Debug, Clone, Default)]
 pub struct Defects(BTreeMap<&'static str, Noted>);
 
@@ -14,6 +17,13 @@ struct Noted {
     /// The first, or all.
     places: Vec<String>,
     names_all: bool,
+}
+
+impl Noted {
+    fn keep(&mut self, places: impl IntoIterator<Item = String>) {
+        let left = MOST_NAMED.saturating_sub(self.places.len());
+        self.places.extend(places.into_iter().take(left));
+    }
 }
 
 /// One kind of defect, as reports show it.
@@ -40,7 +50,13 @@ impl fmt::Display for Defect {
         } = self;
         match &others[..] {
             [] => write!(f, "{count} × {kind} (first: {first})"),
-            others => write!(f, "{count} × {kind} ({first}, {})", others.join(", ")),
+            others => {
+                write!(f, "{count} × {kind} ({first}, {}", others.join(", "))?;
+                match count.saturating_sub(1 + others.len() as u64) {
+                    0 => f.write_str(")"),
+                    more => write!(f, " and {more} more)"),
+                }
+            }
         }
     }
 }
@@ -57,12 +73,12 @@ impl Defects {
         }
     }
 
-    /// Notes a defect of a kind at each of some places, all of which are named. A kind is noted either so or as [`note`](Self::note) does.
+    /// Notes a defect of a kind at each of some places, all of which are named as far as they are not too many. A kind is noted either so or as [`note`](Self::note) does.
     pub fn name(&mut self, kind: &'static str, places: impl IntoIterator<Item = String>) {
         for place in places {
             let noted = self.0.entry(kind).or_default();
             noted.count += 1;
-            noted.places.push(place);
+            noted.keep([place]);
             noted.names_all = true;
         }
     }
@@ -72,7 +88,7 @@ impl Defects {
         for (kind, noted) in other.0 {
             let known = self.0.entry(kind).or_default();
             if known.count == 0 || noted.names_all {
-                known.places.extend(noted.places);
+                known.keep(noted.places);
             }
             known.count += noted.count;
             known.names_all |= noted.names_all;
@@ -112,5 +128,9 @@ mod tests {
         defects.absorb(others);
         let told: Vec<_> = defects.iter().map(|defect| defect.to_string()).collect();
         assert_eq!(told, ["3 × dent (first: a)", "3 × leak (a, b, c)"]);
+        defects.name("leak", (0..100).map(|number| number.to_string()));
+        let leaks = defects.iter().last().unwrap();
+        assert_eq!((leaks.count, leaks.others.len() + 1), (103, MOST_NAMED));
+        assert!(leaks.to_string().ends_with(", 60 and 39 more)"), "{leaks}");
     }
 }

@@ -17,6 +17,7 @@ use serde::Serialize;
 
 use super::super::{
     grow,
+    growing::Growing,
     output::{bytes, print, print_json},
 };
 use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
@@ -46,7 +47,7 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
     let ground = Ground {
         files: &SourceFolder::beside(file),
         limits: &limits,
-        progress: &Silent,
+        progress: &Growing::new(),
     };
     let (imported, growth) = if import::is_rules(&name) {
         let settings = Settings::default();
@@ -56,7 +57,7 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
         let Growth { scene, defects, .. } = growth;
         (Imported { scene, defects }, Some(report))
     } else {
-        let imported = import::import(&name, bytes_read, ground.files, ground.limits, ground.progress);
+        let imported = import::import(&name, bytes_read, ground.files, ground.limits, &Silent);
         (imported.with_context(|| format!("cannot import {name}"))?, None)
     };
     let scene = &imported.scene;

@@ -98,9 +98,38 @@ export function cut(word: string): string {
 export function unknown(kind: string, name: string, known: readonly string[]): string {
   const suggestion = nearest(name, known);
   const article = /^[aeiou]/.test(kind) ? "an" : "a";
-  const wayOut =
-    suggestion === undefined ? `declare it, as in \`${declared(kind, name)}\`` : `did you mean \`${suggestion}\`?`;
+  const wayOut = suggestion === undefined ? instead(kind, name) : `did you mean \`${suggestion}\`?`;
   return `\`${name}\` is not ${article} ${kind} here; ${wayOut}`;
+}
+
+/** What other languages have and this one has not, and what to write instead. */
+const ABSENT = new Map([
+  ["value pi", "angles are degrees, and half a turn is 180"],
+  ["value PI", "angles are degrees, and half a turn is 180"],
+  ["function tan", "write `sin(x) / cos(x)`"],
+  ["function atan", "write `atan2(y, x)`, which gives degrees"],
+  ["function asin", "write `atan2(x, sqrt(1 - x * x))`"],
+  ["function acos", "write `atan2(sqrt(1 - x * x), x)`"],
+]);
+
+/** Colours by their names elsewhere. */
+const COLOURS = new Map([
+  ["red", "#f00"],
+  ["green", "#080"],
+  ["blue", "#00f"],
+  ["yellow", "#ff0"],
+  ["white", "#fff"],
+  ["black", "#000"],
+  ["grey", "#888"],
+  ["gray", "#888"],
+  ["brown", "#853"],
+]);
+
+/** How to do without a name, or how it is given. */
+function instead(kind: string, name: string): string {
+  const colour = COLOURS.get(name);
+  if (kind === "value" && colour !== undefined) return `colours have no names, write \`${colour}\``;
+  return ABSENT.get(`${kind} ${name}`) ?? `declare it, as in \`${declared(kind, name)}\``;
 }
 
 function declared(kind: string, name: string): string {
@@ -110,7 +139,7 @@ function declared(kind: string, name: string): string {
     case "function":
       return `function ${name}(x) = …`;
     case "material":
-      return `material ${name} { colour = #888 }`;
+      return `material ${name} { colour = ${COLOURS.get(name) ?? "#888"} }`;
     case "imported file":
       return `import "${name}.dcg" as ${name}`;
     default:
@@ -188,6 +217,8 @@ export function noStatement(word: string, known: readonly string[]): string {
   return `no statement begins with \`${word}\`; ${wayOut}`;
 }
 
+export const LEVELS_OF_PART = "a part cannot have `levels`; write a rule with `levels` and call it in the part";
+
 /** Of a declaration in braces of which the last was opened there. */
 export function declarationInside(text: string, opened: number): string {
   const { line, column } = placeOf(text, opened);
@@ -203,7 +234,7 @@ export function declarationBehind(word: string): string {
 
 /** Of a word that stands further on in what it belongs to. */
 export function later(word: string, usage: string): string {
-  return `no statement begins with \`${word}\`; it stands further on, as in \`${usage}\``;
+  return `no statement begins with \`${word}\`; it belongs into one or into a declaration, as in \`${usage}\``;
 }
 
 /** Of what changes a statement at the end of the file or of braces. */

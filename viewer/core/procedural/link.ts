@@ -227,7 +227,7 @@ function unknownCall(module: Module, call: Call): string {
   if (call.alias !== undefined) return unknownOfFile(call.wanted, call.name, module.file, known);
   if (call.wanted === "rule") {
     for (const { alias } of module.imports) known.push(alias);
-    known.push(...Object.keys(SOLIDS), ...TRANSFORMS);
+    known.push(...Object.keys(SOLIDS), ...TRANSFORMS, "paint");
   }
   if (call.wanted === "function") known.push(...Object.keys(BUILT_INS));
   return unknown(call.wanted, call.name, known);

@@ -16,6 +16,8 @@ const ELSEWHERE = new Map([
   ["lerp", "mix"],
   ["len", "count"],
   ["length", "count"],
+  ["color", "paint"],
+  ["colour", "paint"],
 ]);
 
 /**

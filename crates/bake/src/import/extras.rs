@@ -1,5 +1,5 @@
 //! What may `extras.belvedere` say? What nobody reads there is counted: a wish with a slip of the pen in its name would be
-//! lost without a word.
+//! lost without a word. All places are named, for each has to be mended.
 
 use belvedere_scene::procedural::nearest;
 
@@ -31,22 +31,23 @@ pub(super) fn note_unknown(root: &Item, defects: &mut Defects) {
                     .map_or_else(|| format!("{what}[{index}]"), |name| format!("{what} \"{name}\""))
             };
             let Some(members) = belvedere.as_object() else {
-                defects.note("`extras.belvedere` that is no object: ignored", 1, owner);
+                defects.name("`extras.belvedere` that is no object: ignored", [owner()]);
                 continue;
             };
             if what == "node" && !members.contains_key("procedural") {
-                for name in ["parameters", "seed"] {
-                    let kind = "`parameters` or `seed` without `procedural`, which names the rules: ignored";
-                    let is_there = u64::from(members.contains_key(name));
-                    defects.note(kind, is_there, || format!("{}: \"{name}\"", owner()));
-                }
+                let kind = "`parameters` or `seed` without `procedural`, which names the rules: ignored";
+                let lost = ["parameters", "seed"]
+                    .into_iter()
+                    .filter(|name| members.contains_key(*name));
+                defects.name(kind, lost.map(|name| format!("{}: \"{name}\"", owner())));
             }
             for name in members.keys().filter(|name| !known.contains(&name.as_str())) {
                 let meant = nearest(name, known.iter().copied());
-                defects.note(unknown(meant.as_deref()), 1, || match &meant {
+                let place = match &meant {
                     Some(meant) => format!("{}: \"{name}\"; did you mean \"{meant}\"?", owner()),
                     None => format!("{}: \"{name}\"; known are {}", owner(), known.join(", ")),
-                });
+                };
+                defects.name(unknown(meant.as_deref()), [place]);
             }
         }
     }
@@ -98,7 +99,10 @@ mod tests {
             format!("1 × {} (first: mesh \"m\": \"imposter\"; did you mean \"impostor\"?)", perhaps("impostor")),
             format!("1 × {} (first: node \"n\": \"parametrs\"; did you mean \"parameters\"?)", perhaps("parameters")),
             format!("1 × {} (first: material[0]: \"recolor\"; did you mean \"recolour\"?)", perhaps("recolour")),
-            format!("2 × {} (first: node \"n\": \"sead\"; did you mean \"seed\"?)", perhaps("seed")),
+            format!(
+                "2 × {} (node \"n\": \"sead\"; did you mean \"seed\"?, node \"n\": \"seeds\"; did you mean \"seed\"?)",
+                perhaps("seed")
+            ),
             "1 × member of `extras.belvedere` that is not known: ignored (first: node \"n\": \"zzz\"; known are impostor, \
              kind, name, parameters, procedural, seed)"
                 .to_owned(),

@@ -28,6 +28,7 @@ mod extras;
 mod finish;
 pub(crate) mod impostor;
 mod instances;
+mod large;
 mod limits;
 mod local;
 mod materials;
@@ -195,7 +196,14 @@ enum Asker<'a> {
     Placed,
 }
 
-fn import_on(
+fn import_on(on: (Ground, Budget), file_name: &str, bytes: Vec<u8>, asker: Asker) -> Result<Imported, ImportError> {
+    let mut imported = read(on, file_name, bytes, asker)?;
+    large::drop_wishes(&mut imported.scene, &mut imported.defects);
+    Ok(imported)
+}
+
+/// Reads what a file holds.
+fn read(
     (ground, budget): (Ground, Budget),
     file_name: &str,
     bytes: Vec<u8>,

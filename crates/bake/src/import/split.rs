@@ -13,7 +13,8 @@
 //! part. Inside a part shapes stay grouped by their source primitive, thus by material, in source order.
 //!
 //! Every object of a cut model becomes one object for each part, which share the parts' models as they shared the
-//! whole. Doors stay whole: they move as one. Guarantee: parts hold the same shapes with the same attributes as the
+//! whole. Doors stay whole: they move as one; so does what asks for an impostor, as much as that may be: pictures stand for
+//! a thing as a whole. Guarantee: parts hold the same shapes with the same attributes as the
 //! whole, and know where they were cut. Cost: O(n log n) in the shapes of cut models; memory for one more copy of them.
 
 use glam::{DMat4, DVec3, Vec3};
@@ -48,9 +49,6 @@ impl Default for SplitSettings {
         }
     }
 }
-
-/// What asks for an impostor may have so many times more shapes before it is cut.
-const ASKS_FOR_IMPOSTOR: usize = 16;
 
 /// A shape: its primitive, and its number in it.
 type Shape = (u32, u32);
@@ -148,9 +146,7 @@ fn cut(
     longest_m: f64,
 ) -> Option<Vec<SourceModel>> {
     let count: usize = model.primitives.iter().map(|p| p.count()).sum();
-    // Pictures stand for a thing as a whole.
-    let stays_whole = model.impostor.is_some() && count <= ASKS_FOR_IMPOSTOR * settings.max_shapes;
-    if count <= settings.min_shapes || stays_whole {
+    if count <= settings.min_shapes || model.impostor.is_some() {
         return None;
     }
     let shapes = Shapes::new(model, world_from_model);
@@ -276,7 +272,6 @@ fn extract(model: &SourceModel, part: Vec<Shape>) -> SourceModel {
     SourceModel {
         name: model.name.clone(),
         primitives: primitives.collect(),
-        impostor: model.impostor,
         tie: model.tie.or(model.recipe.as_ref().map(|_| Tie::Cut)),
         ..SourceModel::default()
     }
@@ -284,6 +279,8 @@ fn extract(model: &SourceModel, part: Vec<Shape>) -> SourceModel {
 
 #[cfg(test)]
 mod tests {
+    use belvedere_scene::impostor::Wish;
+
     use super::*;
     use crate::source::{Primitive, Topology};
 
@@ -433,6 +430,19 @@ mod tests {
             &mut Defects::default(),
         );
         assert_eq!(after.objects.len(), 1);
+    }
+
+    #[test]
+    fn what_pictures_stand_for_stays_whole() {
+        let mut asks = scene(vec![row(70_000, None)], &[(0.0, Role::Ordinary)]);
+        let objects = |scene: &SourceScene| {
+            split(scene.clone(), &SplitSettings::default(), &mut Defects::default())
+                .objects
+                .len()
+        };
+        assert!(objects(&asks) > 1);
+        asks.models[0].impostor = Some(Wish::DEFAULT);
+        assert_eq!(objects(&asks), 1);
     }
 
     #[test]

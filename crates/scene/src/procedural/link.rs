@@ -253,6 +253,7 @@ impl Program {
                 .chain(imports)
                 .chain(SolidKind::names())
                 .chain(Transform::NAMES)
+                .chain(["paint"])
                 .collect(),
             Wanted::Function => own.chain(BuiltIn::ALL.map(|(name, ..)| name)).collect(),
             Wanted::Material => own.collect(),

@@ -38,7 +38,7 @@ mod value;
 mod wording;
 
 pub use error::{Caller, DcgError};
-pub use evaluator::{Boxes, PHASE, Settings, bounds, grow, grow_with};
+pub use evaluator::{Boxes, PHASE, Settings, Watch, bounds, grow, grow_watched, grow_with};
 pub use grown::{Grown, Instance, Part, Placement, Surface};
 pub use limits::{Limits, Usage};
 pub use link::{Loader, NoImports, Program};

@@ -76,17 +76,22 @@ pub(super) fn random(path: u32, site: u32) -> f64 {
     fraction(step(path, site))
 }
 
+/// How far from 0 coordinates of so many octaves may be: those of the last are twice as large for each before it.
+pub(super) fn farthest(octaves: u32) -> f64 {
+    (1..octaves).fold(MAX_NOISE, |most, _| 0.5 * most)
+}
+
 /// Octaves of noise, each half as high and half as wide as the one before.
 ///
 /// # Errors
-/// The axis of the first coordinate that is too large, and the coordinate without its sign.
-pub(super) fn fractal(seed: u32, [mut x, mut z]: [f64; 2], octaves: u32) -> Result<f64, (usize, f64)> {
+/// The axis of the first coordinate that is farther than [`farthest`].
+pub(super) fn fractal(seed: u32, [mut x, mut z]: [f64; 2], octaves: u32) -> Result<f64, usize> {
+    let most = farthest(octaves);
+    if let Some(axis) = [x, z].iter().position(|size| size.abs() > most) {
+        return Err(axis);
+    }
     let (mut weight, mut sum) = (1.0, 0.0);
     for octave in 0..octaves {
-        let mut sizes = [x.abs(), z.abs()].into_iter().enumerate();
-        if let Some(far) = sizes.find(|(_, size)| *size > MAX_NOISE) {
-            return Err(far);
-        }
         sum += weight * noise(seed.wrapping_add(octave), x, z);
         (x, z, weight) = (2.0 * x, 2.0 * z, 0.5 * weight);
     }

@@ -62,8 +62,8 @@ pub enum Problem {
         "`for` takes how often or a list, and no range: write `for i in 5`, which counts from 0 to 4, or `for i in [1, 2, 3]`"
     )]
     RangeOfLoop,
-    /// A word that stands further on in what it belongs to.
-    #[error("no statement begins with `{word}`; it stands further on, as in `{usage}`")]
+    /// A word that stands inside of what it belongs to.
+    #[error("no statement begins with `{word}`; it belongs into one or into a declaration, as in `{usage}`")]
     Later {
         /// The word.
         word: String,

@@ -1,7 +1,7 @@
 //! Which known name was meant?
 
 /// What other languages call something, and what it is called here.
-const ELSEWHERE: [(&str, &str); 14] = [
+const ELSEWHERE: [(&str, &str); 16] = [
     ("cube", "box"),
     ("cuboid", "box"),
     ("ball", "sphere"),
@@ -16,6 +16,8 @@ const ELSEWHERE: [(&str, &str); 14] = [
     ("lerp", "mix"),
     ("len", "count"),
     ("length", "count"),
+    ("color", "paint"),
+    ("colour", "paint"),
 ];
 
 /// The known name that is most like this one, when one is like it: of the letters of the longer one at most a third differ, or

@@ -103,15 +103,49 @@ pub(super) fn quoted(name: &str) -> String {
     format!("`{name}`")
 }
 
+/// What other languages have and this one has not, and what to write instead.
+const ABSENT: [(&str, &str, &str); 6] = [
+    ("value", "pi", "angles are degrees, and half a turn is 180"),
+    ("value", "PI", "angles are degrees, and half a turn is 180"),
+    ("function", "tan", "write `sin(x) / cos(x)`"),
+    ("function", "atan", "write `atan2(y, x)`, which gives degrees"),
+    ("function", "asin", "write `atan2(x, sqrt(1 - x * x))`"),
+    ("function", "acos", "write `atan2(sqrt(1 - x * x), x)`"),
+];
+
+/// Colours by their names elsewhere.
+const COLOURS: [(&str, &str); 9] = [
+    ("red", "#f00"),
+    ("green", "#080"),
+    ("blue", "#00f"),
+    ("yellow", "#ff0"),
+    ("white", "#fff"),
+    ("black", "#000"),
+    ("grey", "#888"),
+    ("gray", "#888"),
+    ("brown", "#853"),
+];
+
 /// A name that was meant, or how such a one is given.
 pub(super) fn suggested(suggestion: &Option<String>, kind: &str, name: &str) -> String {
     if let Some(name) = suggestion {
         return format!("; did you mean `{name}`?");
     }
+    let known = ABSENT.iter().find(|absent| (absent.0, absent.1) == (kind, name));
+    if let Some((.., instead)) = known {
+        return format!("; {instead}");
+    }
+    let colour = COLOURS
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, colour)| *colour);
+    if let ("value", Some(colour)) = (kind, colour) {
+        return format!("; colours have no names, write `{colour}`");
+    }
     let declaration = match kind {
         "rule" => format!("rule {name}() {{ … }}"),
         "function" => format!("function {name}(x) = …"),
-        "material" => format!("material {name} {{ colour = #888 }}"),
+        "material" => format!("material {name} {{ colour = {} }}", colour.unwrap_or("#888")),
         "imported file" => format!("import \"{name}.dcg\" as {name}"),
         _ => format!("let {name} = …"),
     };

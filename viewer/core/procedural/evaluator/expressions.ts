@@ -310,11 +310,11 @@ export abstract class Expressions extends Plain {
   private fractal(scope: Scope, { at, args }: Kind<"builtin">, x: number, z: number, octaves: number): number {
     const count = Math.floor(this.within(scope, args[2]?.at ?? at, octaves, "octaves", 1, MAX_OCTAVES));
     this.count(scope, at, count);
-    const what = "a coordinate of noise, without its sign,";
-    for (let [octave, u, v] = [0, Math.abs(x), Math.abs(z)]; octave < count; octave += 1, u *= 2, v *= 2) {
-      this.within(scope, (args[0] as Written).at, u, what, 0, MAX_NOISE);
-      this.within(scope, (args[1] as Written).at, v, what, 0, MAX_NOISE);
-    }
+    const what = count === 1 ? "a coordinate of noise" : "a coordinate of noise with so many octaves";
+    // Coordinates of the last octave are twice as large for each before it.
+    const most = MAX_NOISE / 2 ** (count - 1);
+    this.within(scope, (args[0] as Written).at, x, what, -most, most);
+    this.within(scope, (args[1] as Written).at, z, what, -most, most);
     return fractal(this.seed, x, z, count);
   }
 

@@ -31,7 +31,7 @@ export abstract class Outlines extends Expressions {
     const { items } = this.listed(scope, row);
     this.makeRoom(3 * items.length);
     items.forEach((item, i) => {
-      this.points.set(this.point3(scope, row.places[0] as At, item), 3 * i);
+      this.points.set(this.point3(scope, row.places[0] as At, "a point", item), 3 * i);
     });
     return items.length;
   }
@@ -147,10 +147,10 @@ export abstract class Outlines extends Expressions {
     return this.list(scope, row.places[0] as At, row.of[0] as Row["of"][number], "the corners of a solid");
   }
 
-  protected point3(scope: Scope, at: At, value: Value): readonly number[] {
+  protected point3(scope: Scope, at: At, what: string, value: Value): readonly number[] {
     const point = coordinates(value);
     if (point.length === 3) return point;
-    throw this.shape(scope, at, "a point", "`[x, y, z]`, each from -1000000 to 1000000");
+    throw this.shape(scope, at, what, "`[x, y, z]`, each from -1000000 to 1000000");
   }
 }
 

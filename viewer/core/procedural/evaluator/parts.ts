@@ -134,10 +134,12 @@ export abstract class Parts extends Materials {
 
   private declaredBounds(scope: Scope, { within }: Rule): Bounds | undefined {
     if (!within) return undefined;
-    const corner = ({ at, of }: Written) => this.point3(scope, at, this.value(scope, at, of)) as Vector;
+    const corner = ({ at, of }: Written) =>
+      this.point3(scope, at, "a corner of `within`", this.value(scope, at, of)) as Vector;
     const [min, max] = [corner(within[0]), corner(within[1])];
     if (min[0] > max[0] || min[1] > max[1] || min[2] > max[2]) {
-      throw this.error(scope.module, within[0].at, "this box must be from the least x, y and z to the most");
+      const wanted = "from the corner of the least x, y and z to that of the most";
+      throw this.error(scope.module, within[0].at, `\`within\` must be ${wanted}`);
     }
     return { min, max };
   }

@@ -25,6 +25,8 @@ export class Cursor {
   private nesting = 0;
   /** Words of statements and values that stand around what is read. */
   private around = 0;
+  /** Whether what is read belongs to a part. */
+  protected inPart = false;
   /** Braces that are open. */
   private readonly open: At[] = [];
   /** The values in reach. */

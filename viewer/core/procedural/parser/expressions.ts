@@ -21,7 +21,7 @@ import {
   type Written,
 } from "../syntax.ts";
 import { Cursor, OPERATORS } from "./cursor.ts";
-import { IF } from "./usage.ts";
+import { BRACKETS, IF } from "./usage.ts";
 
 const COMPARISONS: readonly Operator[] = ["==", "!=", "<=", ">=", "<", ">"];
 const SUMS: readonly Operator[] = ["+", "-"];
@@ -144,7 +144,7 @@ export class ExpressionParser extends Cursor {
       return this.nested(() => {
         this.skip();
         const value = this.expression();
-        this.expect(")");
+        this.expect(")", BRACKETS);
         return value;
       });
     }

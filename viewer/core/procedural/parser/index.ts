@@ -3,6 +3,7 @@ import {
   argumentTwice,
   DcgError,
   Fault,
+  LEVELS_OF_PART,
   NO_FILE,
   reserved,
   THEN_WITHOUT_LEVELS,
@@ -163,14 +164,12 @@ class Parser extends StatementParser {
 
   private rule(isPart: boolean): void {
     const { name, at } = this.declared("a name for the rule");
+    this.inPart = isPart;
     const [parts, slots] = this.framed(() => {
       const formals = this.formals();
       const levelsAt = this.next.at;
       const levels = this.takesWord("levels") ? rowOf("numbers", [this.written()]) : undefined;
-      if (isPart && levels) {
-        const wayOut = "write a rule with `levels` and call it in the part";
-        throw new Fault(levelsAt, `a part cannot have \`levels\`; ${wayOut}`);
-      }
+      if (isPart && levels) throw new Fault(levelsAt, LEVELS_OF_PART);
       const withinAt = this.next.at;
       const saysWithin = this.takesWord("within");
       if (saysWithin && !isPart) {
@@ -184,6 +183,7 @@ class Parser extends StatementParser {
       const afterwards = saysThen ? this.statement() : undefined;
       return { formals, levels, within, body, afterwards };
     });
+    this.inPart = false;
     this.module.rules.push({ name, at, isPart, slots, ...parts });
   }
 

@@ -4,6 +4,7 @@ import {
   ELSE,
   Fault,
   LET_IN_CHOOSE,
+  LEVELS_OF_PART,
   later,
   missingNumber,
   NO_FILE,
@@ -174,6 +175,7 @@ export class StatementParser extends ExpressionParser {
     if (word.text === "else") throw new Fault(at, ELSE);
     if (word.text === "then") throw new Fault(at, THEN);
     if (this.isSymbol("=")) throw new Fault(at, withoutLet(word.text));
+    if (word.text === "levels" && this.inPart) throw new Fault(at, LEVELS_OF_PART);
     const usage = LATER.get(word.text);
     if (usage !== undefined) throw new Fault(at, later(word.text, usage));
     throw new Fault(at, noStatement(word.text, [...STATEMENTS, ...DECLARATIONS]));

@@ -15,19 +15,19 @@ mod scene;
 mod tests;
 mod texts;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use belvedere_scene::procedural::limits::{MAX_TEXT_BYTES, reached};
 use belvedere_scene::procedural::{
-    DcgError, Limits as GrowthLimits, Loader, Program, Settings, Value, grow_with, nearest,
+    DcgError, Limits as GrowthLimits, Loader, Program, Settings, Value, Watch, grow_watched, nearest,
 };
 
 use super::container::has_ending;
 use super::limits::Budget;
 use super::uri::relative_path;
-use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles, is_rules};
+use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles, is_rules, large};
 use crate::defect::Defects;
 use crate::progress::{Progress, Stage};
 pub use growth::Growth;
@@ -59,15 +59,36 @@ pub struct Ground<'a> {
 /// # Errors
 /// When the text is none, is wrong, or needs a file that is not there.
 pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) -> Result<Growth, ImportError> {
-    planted(path, bytes, (settings, false), (ground, &Budget::new(ground.limits)))
+    let budget = Budget::new(ground.limits);
+    let mut growth = watched(path, bytes, (settings, false), (ground, &budget))?;
+    large::drop_wishes(&mut growth.scene, &mut growth.defects);
+    Ok(growth)
 }
 
-/// The same, with what the author made coarser where that is wanted, within a budget that what is placed shares.
+/// The same, with what the author made coarser where that is wanted, within a budget. All of a source: its steps, of as many as
+/// it may take, are those of the import.
+fn watched(
+    path: &str,
+    bytes: Vec<u8>,
+    wanted: (&Settings, bool),
+    (ground, budget): (Ground, &Budget),
+) -> Result<Growth, ImportError> {
+    let most = wanted.0.limits.steps;
+    ground.progress.start(Stage::Import, most);
+    let told = Cell::new(0);
+    let tell = |steps: u64| ground.progress.advance(steps - told.replace(steps));
+    let growth = planted(path, bytes, wanted, (ground, budget), &tell)?;
+    tell(most);
+    Ok(growth)
+}
+
+/// The same of rules that may be a piece of a source, within a budget that all of it shares.
 fn planted(
     path: &str,
     bytes: Vec<u8>,
     (settings, with_levels): (&Settings, bool),
     (ground, budget): (Ground, &Budget),
+    watch: Watch,
 ) -> Result<Growth, ImportError> {
     let program = program(path, bytes, ground)?;
     let beside = Beside::of(path, ground);
@@ -81,7 +102,7 @@ fn planted(
         }
         models[path].1
     };
-    let mut grown = grow_with(&program, settings, &boxes)?;
+    let mut grown = grow_watched(&program, settings, &boxes, watch)?;
     let mut defects = Defects::default();
     let texts = texts_of(&program, &mut grown, &mut defects);
     let rules = (Arc::new(texts), settings.seed);
@@ -130,20 +151,18 @@ pub(super) fn read(
     sowing: &Sowing,
     (ground, budget): (Ground, &Budget),
 ) -> Result<Imported, ImportError> {
-    ground.progress.start(Stage::Import, 1);
     let settings = Settings {
         seed: sowing.seed,
         limits: growth_limits(ground.limits),
         ..Settings::default()
     };
     let text = given(file_name, bytes, (sowing, &settings), ground)?;
-    let growth = planted(file_name, text, (&settings, true), (ground, budget))?;
+    let growth = watched(file_name, text, (&settings, true), (ground, budget))?;
     if growth.scene.objects.is_empty() {
         return Err(ImportError::NothingToDraw {
             reasons: growth.nothing_drawn().to_owned(),
         });
     }
-    ground.progress.advance(1);
     Ok(Imported {
         scene: growth.scene,
         defects: growth.defects,

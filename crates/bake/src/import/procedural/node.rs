@@ -103,7 +103,7 @@ impl Nursery {
             refused,
         } = &self.known[&key];
         if let Some(Flaw { kind, place }) = refused {
-            defects.note(kind, 1, || format!("node \"{}\", {place}", planting.node));
+            defects.name(kind, [format!("node \"{}\", {place}", planting.node)]);
         }
         for object in objects {
             if scene.objects.len() >= ground.limits.max_objects {
@@ -178,7 +178,7 @@ fn grow_wanted(wanted: &Json, (ground, budget): (Ground, &Budget)) -> Read<(Sour
     };
     let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
     let kind = "rules that are wrong, or given what they do not take: not grown";
-    let growth = planted(&path, bytes, (&settings, true), (ground, budget)).or_else(|cause| match cause {
+    let growth = planted(&path, bytes, (&settings, true), (ground, budget), &|_| {}).or_else(|cause| match cause {
         ImportError::Rules(error) if error.line == 0 => flaw(kind, told(error.to_string())),
         ImportError::Rules(error) => flaw(kind, error.below(folder).to_string()),
         ImportError::Memory { .. } | ImportError::TooManyObjects { .. } | ImportError::Cancelled => Err(cause.into()),

@@ -2,7 +2,7 @@
 
 use super::{Evaluator, Outcome, Scope};
 use crate::procedural::limits::{MAX_LIST, MAX_LIST_DEPTH, reached};
-use crate::procedural::operation::{BuiltIn, MAX_NOISE, MAX_OCTAVES, MAX_POWER, Operator, fractal, random, truth};
+use crate::procedural::operation::{BuiltIn, MAX_OCTAVES, MAX_POWER, Operator, farthest, fractal, random, truth};
 use crate::procedural::problem::Problem;
 use crate::procedural::syntax::{At, Expr, Written};
 use crate::procedural::value::Value;
@@ -275,9 +275,13 @@ impl<'p> Evaluator<'p> {
         let octaves = self.within((scope, octaves_at), octaves, "octaves", (1.0, MAX_OCTAVES))?;
         let octaves = octaves.floor() as u32;
         self.count(scope, at, octaves.into())?;
-        fractal(self.settings.seed, place, octaves).or_else(|(axis, far)| {
-            let what = "a coordinate of noise, without its sign,";
-            self.within((scope, arguments[axis].at), far, what, (0.0, MAX_NOISE))
+        fractal(self.settings.seed, place, octaves).or_else(|axis| {
+            let most = farthest(octaves);
+            let what = match octaves {
+                1 => "a coordinate of noise",
+                _ => "a coordinate of noise with so many octaves",
+            };
+            self.within((scope, arguments[axis].at), place[axis], what, (-most, most))
         })
     }
 

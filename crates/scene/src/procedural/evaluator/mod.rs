@@ -69,6 +69,13 @@ pub type Boxes<'b> = &'b dyn Fn(&str) -> Option<Bounds>;
 
 const NO_BOXES: Boxes<'static> = &|_| None;
 
+/// Hears now and then how many steps were taken so far.
+pub type Watch<'w> = &'w dyn Fn(u64);
+
+const NOBODY: Watch<'static> = &|_| {};
+/// So many steps lie between two times that it hears; they take a fraction of a second.
+const WATCHED_EACH: u64 = 1 << 22;
+
 /// Grows a model: all its triangles. glTF files that it places are in no bounds.
 ///
 /// # Errors
@@ -82,7 +89,21 @@ pub fn grow(program: &Program, settings: &Settings) -> Result<Grown, Box<DcgErro
 /// # Errors
 /// As [`grow`], and where a glTF file reaches beyond what a part declares.
 pub fn grow_with(program: &Program, settings: &Settings, boxes: Boxes) -> Result<Grown, Box<DcgError>> {
+    grow_watched(program, settings, boxes, NOBODY)
+}
+
+/// The same for somebody who wants to know how far it is.
+///
+/// # Errors
+/// As [`grow_with`].
+pub fn grow_watched(
+    program: &Program,
+    settings: &Settings,
+    boxes: Boxes,
+    watch: Watch,
+) -> Result<Grown, Box<DcgError>> {
     let mut evaluator = Evaluator::new(program, settings, boxes, false);
+    evaluator.watch = watch;
     if let Some(plans) = program.kept.take() {
         evaluator.plans = plans;
     }
@@ -166,7 +187,10 @@ struct Evaluator<'p> {
     boxes: Boxes<'p>,
     /// Whether only bounds are wanted.
     measuring: bool,
+    watch: Watch<'p>,
     usage: Usage,
+    /// At more steps than these something is to be done: to say how many there were, or to stop.
+    next_stop: u64,
     nesting: u32,
     stack: Vec<Value>,
     instances: Vec<ModuleInstance>,
@@ -208,7 +232,9 @@ impl<'p> Evaluator<'p> {
             settings,
             boxes,
             measuring,
+            watch: NOBODY,
             usage: Usage::default(),
+            next_stop: WATCHED_EACH.min(settings.limits.steps),
             nesting: 0,
             stack: Vec::new(),
             instances: Vec::new(),
@@ -297,7 +323,16 @@ impl<'p> Evaluator<'p> {
     /// Counts visits; whether there are not too many.
     fn takes(&mut self, steps: u64) -> bool {
         self.usage.steps = self.usage.steps.saturating_add(steps);
-        self.usage.steps <= self.settings.limits.steps
+        self.usage.steps <= self.next_stop || self.goes_on()
+    }
+
+    /// Says how many steps were taken; whether there may be more.
+    #[cold]
+    fn goes_on(&mut self) -> bool {
+        let (steps, most) = (self.usage.steps, self.settings.limits.steps);
+        (self.watch)(steps.min(most));
+        self.next_stop = steps.saturating_add(WATCHED_EACH).min(most);
+        steps <= most
     }
 
     /// Goes one deeper; whether that is allowed.

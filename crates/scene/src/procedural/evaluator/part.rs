@@ -133,11 +133,14 @@ impl<'p> Evaluator<'p> {
         };
         let mut corner = |written: &'p Written| {
             let value = self.written(scope, written)?;
-            self.point3(scope, written.at, &value)
+            self.point3((scope, written.at), "a corner of `within`", &value)
         };
         let (min, max) = (corner(least)?, corner(most)?);
         if (0..3).any(|axis| min[axis] > max[axis]) {
-            let (what, wanted) = ("this box", "from the least x, y and z to the most");
+            let (what, wanted) = (
+                "`within`",
+                "from the corner of the least x, y and z to that of the most",
+            );
             return self.error(scope.module, least.at, Problem::Shape { what, wanted });
         }
         Ok(Some(Bounds { min, max }))

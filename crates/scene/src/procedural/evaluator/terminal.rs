@@ -232,7 +232,10 @@ impl<'p> Evaluator<'p> {
         let Value::List(items, _) = list else {
             return Ok(Vec::new());
         };
-        items.iter().map(|item| self.point3(scope, written.at, item)).collect()
+        items
+            .iter()
+            .map(|item| self.point3((scope, written.at), "a point", item))
+            .collect()
     }
 
     fn faces(&mut self, scope: &Scope, written: Option<&'p Written>, points: usize) -> Outcome<Faces> {
@@ -248,14 +251,11 @@ impl<'p> Evaluator<'p> {
         faces_of(&list, points).or_else(|problem| self.error(scope.module, written.at, problem))
     }
 
-    pub(super) fn point3(&self, scope: &Scope, at: At, value: &Value) -> Outcome<[f64; 3]> {
+    pub(super) fn point3(&self, (scope, at): (&Scope, At), what: &'static str, value: &Value) -> Outcome<[f64; 3]> {
         self.coordinates(value).map_or_else(
             || {
-                self.error(
-                    scope.module,
-                    at,
-                    shape("a point", "`[x, y, z]`, each from -1000000 to 1000000"),
-                )
+                let wanted = "`[x, y, z]`, each from -1000000 to 1000000";
+                self.error(scope.module, at, shape(what, wanted))
             },
             Ok,
         )

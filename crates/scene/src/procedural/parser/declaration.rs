@@ -233,6 +233,7 @@ impl<'t> Parser<'t> {
 
     fn rule(&mut self, is_part: bool) -> Parsed<()> {
         let (name, at) = self.declared("a name for the rule")?;
+        self.in_part = is_part;
         let (mut rule, slots) = self.framed(|parser| {
             let formals = parser.formals()?;
             let levels_at = parser.peek().at;
@@ -276,6 +277,7 @@ impl<'t> Parser<'t> {
                 slots: 0,
             })
         })?;
+        self.in_part = false;
         rule.slots = slots;
         self.module.rules.push(rule);
         Ok(())

@@ -150,7 +150,7 @@ impl Parser<'_> {
             Kind::Symbol("(") => self.nested(|parser| {
                 parser.next += 1;
                 let value = parser.expression()?;
-                parser.expect(")")?;
+                parser.expect_for(")", usage::BRACKETS)?;
                 Ok(value)
             }),
             Kind::Symbol("[") => self.nested(|parser| {

@@ -60,6 +60,8 @@ struct Parser<'t> {
     nesting: u32,
     /// Words of statements and values that stand around what is read.
     around: u32,
+    /// Whether what is read belongs to a part.
+    in_part: bool,
     /// Braces that are open.
     open: Vec<At>,
     /// Declared names and where, to find what is given twice.
@@ -80,6 +82,7 @@ impl<'t> Parser<'t> {
             sites: 0,
             nesting: 0,
             around: 0,
+            in_part: false,
             open: Vec::new(),
             declared: Declared::default(),
             aliases: HashSet::new(),

@@ -239,6 +239,7 @@ impl<'t> Parser<'t> {
                 None if word == "else" => Err((token.at, Problem::Else)),
                 None if word == "then" => Err((token.at, Problem::Then)),
                 None if self.is_symbol("=") => Err((token.at, Problem::WithoutLet(word.to_owned()))),
+                None if word == "levels" && self.in_part => Err((token.at, Problem::LevelsOfPart)),
                 None => Err((token.at, no_statement(word))),
             },
         }

@@ -8,6 +8,8 @@ pub(super) const CHOICES: &str = "what to choose from in braces, as in `choose 1
 pub(super) const PROPERTIES: &str = "the properties in braces, as in `material red { colour = #f00 }`";
 /// What stands in brackets.
 pub(super) const FORMALS: &str = "the parameters in brackets, as in `(length, sides = 6)` or `()`";
+/// What ends a value in brackets.
+pub(super) const BRACKETS: &str = "`)` behind the one value in the brackets; lists and points are written `[1, 2, 3]`";
 /// What stands behind a name.
 pub(super) const VALUE: &str = "`=` and a value, as in `size = 3`";
 pub(super) const VALUE_OF_FUNCTION: &str = "`=` and a value, as in `function twice(x) = 2 * x`";

@@ -154,7 +154,10 @@ fn no_mistake_of_rules_at_a_node_ends_the_import() {
         let imported = read("scene.glb", gltf.glb(), &files).unwrap();
         assert_eq!(names(&imported), ["n"]);
         let told: Vec<_> = imported.defects.iter().map(|defect| defect.to_string()).collect();
-        assert_eq!(told, [format!("2 × {kind} (first: node \"oak\", {place})")]);
+        assert_eq!(
+            told,
+            [format!("2 × {kind} (node \"oak\", {place}, node \"elm\", {place})")]
+        );
         gltf.json["scenes"][0]["nodes"] = json!([1]);
         let refused = read("scene.glb", gltf.glb(), &files).unwrap_err().to_string();
         assert!(
@@ -176,12 +179,19 @@ fn what_keeps_a_model_from_being_grown_alone_is_counted() {
         part own() { paint red box(1, 1, 1) }
         part worn() { box(1, 2, 1) }
         part both() { box(1, 3, 1) own() }
-        own() paint red move(3, 0, 0) worn() move(6, 0, 0) both() called \"door:a\" box(1, 1, 2) model \"bench.glb\"";
+        part other() { paint red box(2, 1, 1) }
+        other() own() paint red move(3, 0, 0) worn() move(6, 0, 0) both() called \"door:a\" box(1, 1, 2) model \"bench.glb\"";
     let scene = rules(text, &files).unwrap().scene;
     let growable = Growable::of(&scene);
     assert_eq!(
         growable.sentence().unwrap(),
-        "1 of 5 models can be grown by clients; 1 take what their caller paints them with; 2 are `called` something or hold other parts"
+        "2 of 6 models can be grown by clients; 1 take what their caller paints them with; 2 are `called` something or hold other parts"
+    );
+    let text = "part pane(x) { box(x, 1, 1) } paint red for i in 3 move(2 * i, 0, 0) pane(i + 1) material red {}";
+    assert_eq!(
+        Growable::of(&rules(text, &[]).unwrap().scene).sentence().unwrap(),
+        "0 of 3 models can be grown by clients; 3 take what their caller paints them with, as `pane`: let the part paint itself, \
+         with a parameter for what differs"
     );
     let plain = read("a.glb", Gltf::triangle().glb(), &[]).unwrap();
     assert_eq!(Growable::of(&plain.scene).sentence(), None);
