@@ -171,6 +171,23 @@ fn deep_in_a_crowd_little_is_seen_and_told_less_often_and_a_few_people_are_no_cr
 }
 
 #[test]
+fn who_draws_nothing_hides_no_crowd_however_large_its_ball() {
+    let seen_behind = |radius_m: f64| {
+        let mut stage = Stage::hall(40);
+        let people: Vec<_> = (0..60).map(|i| stage.park(20.0 + 0.3 * f64::from(i))).collect();
+        stage.large(21.0, radius_m);
+        let a = stage.enter(0.5);
+        stage.tick();
+        let told = stage.heard(a, "object-info").into_iter().find_map(|event| match event {
+            Event::ObjectInfo(told) if told.info.object == people[59] => told.moving,
+            _ => None,
+        });
+        told.and_then(|moving| moving.attention.visibility).unwrap()
+    };
+    assert_eq!(seen_behind(3.0), seen_behind(0.3));
+}
+
+#[test]
 fn behind_a_hedge_less_is_seen_of_everybody_and_told_less_often() {
     let first_seen = |solidity: Option<f64>| {
         let slab = |solidity| Slab {
