@@ -85,7 +85,7 @@ impl Account {
         let mut wrong = Vec::new();
         for (named, said) in named(event, data) {
             let object = named.parse::<ObjectId>().ok();
-            let was_told = |object| event == "object-gone" && self.people[&session].known.contains(object);
+            let was_told = |object: &ObjectId| event == "object-gone" && self.people[&session].known.contains(object);
             match object.filter(|object| self.movers.contains_key(object) || was_told(object)) {
                 Some(object) => wrong.extend(self.tell_of(Telling { session, object, event }, said, at_ms)),
                 None => wrong.push(astray(Some(named), "there is no such mover")),
