@@ -21,11 +21,7 @@ pub(crate) fn key(data: &Data) -> String {
         .to_owned()
 }
 
-async fn put(server: &Server, key: &str, text: &str) -> Answer {
-    put_to(server, ROOMS, key, text).await
-}
-
-async fn put_to(server: &Server, scene: &str, key: &str, text: &str) -> Answer {
+async fn put(server: &Server, scene: &str, key: &str, text: &str) -> Answer {
     let body = ("application/octet-stream", text);
     ask(address(server), ("PUT", scene), Some(key), body).await
 }
@@ -37,7 +33,7 @@ async fn upload(server: &Server, key: &str, text: &str) -> String {
 
 /// The same to the address of any scene.
 pub(crate) async fn upload_to(server: &Server, scene: &str, key: &str, text: &str) -> String {
-    let answer = put_to(server, scene, key, text).await;
+    let answer = put(server, scene, key, text).await;
     assert_eq!(answer.status, 202, "{}", String::from_utf8_lossy(&answer.body));
     let url = answer.header("location").expect("where the job is").to_owned();
     assert_eq!(answer.json()["url"], url.as_str());

@@ -70,7 +70,7 @@ async fn what_is_no_session_is_refused() {
         (json!({"position": at, "radius_m": 0}), "/radius_m"),
         (json!({"position": at, "avatar": "o77"}), "/avatar"),
         (json!({"position": at, "avatar": 7}), "/avatar"),
-        (json!({"position": at, "avatar": {"object": "o77"}}), "/avatar/object"),
+        (json!({"position": at, "avatar": {"object": "o77"}}), "/avatar"),
         (
             json!({"position": at, "avatar": {"scene": "row", "object": "o77"}}),
             "/avatar/object",
