@@ -29,6 +29,7 @@ mod verifying;
 mod visible;
 mod visiting;
 mod walking;
+mod wardrobe;
 mod watched;
 #[path = "../http/wire.rs"]
 mod wire;

@@ -15,25 +15,25 @@ use crate::{
 const ROOMS: &str = "/v1/scenes/rooms";
 
 /// A key for everything.
-fn key(data: &Data) -> String {
+pub(crate) fn key(data: &Data) -> String {
     data.ok(&["keys", "create", "--new", "--name", "test"])
         .trim()
         .to_owned()
 }
 
-async fn put(server: &Server, key: &str, text: &str) -> Answer {
-    ask(
-        address(server),
-        ("PUT", ROOMS),
-        Some(key),
-        ("application/octet-stream", text),
-    )
-    .await
+async fn put(server: &Server, scene: &str, key: &str, text: &str) -> Answer {
+    let body = ("application/octet-stream", text);
+    ask(address(server), ("PUT", scene), Some(key), body).await
 }
 
 /// Uploads what must be taken; gives the job's address.
 async fn upload(server: &Server, key: &str, text: &str) -> String {
-    let answer = put(server, key, text).await;
+    upload_to(server, ROOMS, key, text).await
+}
+
+/// The same to the address of any scene.
+pub(crate) async fn upload_to(server: &Server, scene: &str, key: &str, text: &str) -> String {
+    let answer = put(server, scene, key, text).await;
     assert_eq!(answer.status, 202, "{}", String::from_utf8_lossy(&answer.body));
     let url = answer.header("location").expect("where the job is").to_owned();
     assert_eq!(answer.json()["url"], url.as_str());
@@ -51,7 +51,7 @@ async fn until(address: SocketAddr, url: &str, is_so: impl Fn(&Value) -> bool) -
     panic!("five minutes were not enough: {}", get(address, url).await.json());
 }
 
-async fn ended(server: &Server, url: &str) -> Value {
+pub(crate) async fn ended(server: &Server, url: &str) -> Value {
     until(address(server), url, |job| !job["ended_at"].is_null()).await
 }
 

@@ -143,6 +143,26 @@ async fn who_opens_no_stream_is_told_nothing_and_everybody_is_told_of_its_avatar
 }
 
 #[tokio::test]
+async fn a_stream_begins_with_its_own_time_and_where_one_stands_by_then() {
+    let server = Server::start().await;
+    let person = Person::enter(server.address, 0.5).await;
+    assert_eq!(person.stand_at(2.5).await["cell"], "c2");
+    let body = json!({"position": [0.5, 0.5, 0.5]});
+    let later = json(server.address, ("POST", "/v1/scenes/row/sessions"), None, &body).await;
+    let mut hears = person.listen().await;
+    let hello = hears.next().await;
+    assert_eq!((hello.name.as_str(), &hello.data["cell"]), ("hello", &json!("c2")));
+    let (now_ms, later_ms) = (hello.data["now_ms"].as_i64(), later.json()["now_ms"].as_i64());
+    assert!(now_ms >= later_ms, "{now_ms:?} is before {later_ms:?}");
+    person.stand_at(3.5).await;
+    assert_eq!(
+        hears.wait("cell").await.data["cell"],
+        "c3",
+        "where one stood before is not told after that"
+    );
+}
+
+#[tokio::test]
 async fn whoever_says_its_velocity_at_the_door_may_be_put_away_in_a_smaller_volume() {
     let server = Server::start().await;
     let radius_m = async |velocity: Value| {

@@ -390,7 +390,7 @@ async fn of_a_flood_of_poses_that_wait_for_a_store_few_are_kept_and_the_newest_c
         assert_eq!(pose.await.unwrap().place.cell.0, 6);
     }
     let mut stream = floods.events(None);
-    let there = async { while !String::from_utf8_lossy(&stream.next().await.unwrap()).contains(r#"{"cell":"c5"}"#) {} };
+    let there = async { while !String::from_utf8_lossy(&stream.next().await.unwrap()).contains(r#""cell":"c5""#) {} };
     tokio::time::timeout(Duration::from_secs(30), there)
         .await
         .expect("the newest counts");

@@ -69,6 +69,25 @@ async fn what_is_no_session_is_refused() {
         (json!({"position": at, "max_speed_mps": -1}), "/max_speed_mps"),
         (json!({"position": at, "radius_m": 0}), "/radius_m"),
         (json!({"position": at, "avatar": "o77"}), "/avatar"),
+        (json!({"position": at, "avatar": 7}), "/avatar"),
+        (json!({"position": at, "avatar": {"object": "o77"}}), "/avatar"),
+        (
+            json!({"position": at, "avatar": {"scene": "row", "object": "o77"}}),
+            "/avatar/object",
+        ),
+        (
+            json!({"position": at, "avatar": {"scene": "people", "object": "o1"}}),
+            "/avatar/scene",
+        ),
+        (
+            json!({"position": at, "avatar": {"scene": "?", "object": "o1"}}),
+            "/avatar/scene",
+        ),
+        (json!({"position": at, "avatar": {"scene": "row"}}), "/avatar"),
+        (
+            json!({"position": at, "avatar": {"object": "o1", "hat": 1}}),
+            "/avatar/hat",
+        ),
         (json!({"position": at, "include": ["everything"]}), "/include/0"),
         (
             json!({"position": at, "aoi": {"enter_m": 2, "leave_m": 1}}),

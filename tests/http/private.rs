@@ -197,6 +197,33 @@ async fn a_hash_opens_nothing_that_only_private_scenes_need() {
 }
 
 #[tokio::test]
+async fn who_may_read_a_private_scene_wears_from_it_and_others_are_told_that_there_is_none() {
+    let town = Cellar::start().await;
+    let address = town.server.address;
+    let asked = |scene: &str| json!({"position": [0.5, 0.5, 0.5], "avatar": {"scene": scene, "object": "o1"}});
+    let path = ("POST", "/v1/scenes/row/sessions");
+    let there = crate::live_wire::json(address, path, None, &asked("cellar")).await;
+    let nowhere = crate::live_wire::json(address, path, None, &asked("nowhr")).await;
+    assert_eq!(
+        (there.status, &there.problem()["pointer"]),
+        (400, &json!("/avatar/scene"))
+    );
+    assert_eq!(told(&there, "cellar", "nowhr"), told(&nowhere, "cellar", "nowhr"));
+    let key = town.key(&[Scope::Read], "cellar").await;
+    let wearer = Person::enter_as(address, "", Some(&key), "row", &asked("cellar")).await;
+    let watcher = Person::enter(address, 0.6).await;
+    let info = watcher.listen().await.wait("object-info").await.data;
+    assert_eq!((&info["object"], &info["model"]), (&json!(wearer.object), &json!("m0")));
+    // From the folder of its link as well, and from there a public scene's.
+    let link = town.inside("");
+    let inside = format!("{link}/v1/scenes/cellar/sessions");
+    for scene in ["cellar", "row"] {
+        let opened = crate::live_wire::json(address, ("POST", &inside), None, &asked(scene)).await;
+        assert_eq!(opened.status, 201, "{scene}: {:?}", opened.json());
+    }
+}
+
+#[tokio::test]
 async fn what_no_scene_needs_is_for_nobody_where_something_is_private() {
     let town = Cellar::start().await;
     let stray = belvedere_scene::BlobName::of(b"stray", "txt").unwrap();

@@ -42,4 +42,4 @@ pub use state::{
     motion::{Pose, Stand},
     speaker::Speech,
 };
-pub use wire::{Aoi, Participant};
+pub use wire::{Aoi, Avatar, Participant};

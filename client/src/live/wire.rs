@@ -33,15 +33,25 @@ pub struct Aoi {
     pub leave_m: f64,
 }
 
+/// An object that does not move, and whose model can be worn.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Avatar {
+    /// Another scene of the same server that one may read; none for the one where it is worn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<SceneName>,
+    /// Its id there.
+    pub object: ObjectId,
+}
+
 /// What one is to the others.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Participant {
     /// Shown to others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// A static object of the scene whose model is worn; without one, others draw what they like.
+    /// The object whose model is worn; without one, others draw what they like.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub avatar: Option<ObjectId>,
+    pub avatar: Option<Avatar>,
     /// A ball of this radius around the position holds the avatar.
     pub radius_m: f64,
     /// A promise; who goes faster counts as jumping.

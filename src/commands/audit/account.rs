@@ -46,6 +46,8 @@ pub(super) struct Person {
     listens: bool,
     /// Movers that it has been told of, and not that they are gone, and what it was told last.
     pub(super) shown: BTreeMap<ObjectId, Shown>,
+    /// These, and those that may come back without an info.
+    pub(super) known: BTreeSet<ObjectId>,
     /// What it was told of doors; it takes all others for open.
     pub(super) doors: BTreeMap<ObjectId, bool>,
     /// What it may be told of poses.
@@ -75,6 +77,7 @@ impl Person {
     pub(super) fn forget(&mut self) {
         self.room = ROOM;
         self.shown.clear();
+        self.known.clear();
         self.doors.clear();
     }
 }
@@ -119,6 +122,7 @@ impl Account {
                     hears_movers: visitor.hears_movers,
                     listens: visitor.listens,
                     shown: BTreeMap::new(),
+                    known: BTreeSet::new(),
                     doors: BTreeMap::new(),
                     bytes: Bucket::full(self.rules.bytes_per_s, self.rules.bytes_per_s, now_ms),
                     room: ROOM,

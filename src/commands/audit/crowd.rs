@@ -69,7 +69,7 @@ impl Press {
             };
             self.largest_m = self.largest_m.max(ball.radius_m);
             self.standing.insert(*object);
-            self.crowd.put(*object, ball.center, mover.radius_m);
+            self.crowd.put(*object, ball.center, mover.hides_m);
             for cell in cells.under(&ball) {
                 *self.touching.entry(cell).or_default() += 1;
             }

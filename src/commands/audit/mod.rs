@@ -46,7 +46,7 @@ use crate::{
 use account::Account;
 use judge::Judge;
 use report::{Difference, Report, SceneReport};
-use sights::Sights;
+use sights::{Looked, Sights};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -84,9 +84,9 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             scene.load(&data, revision, args.hunts).await?;
         }
         tokio::task::block_in_place(|| scene.take(&block, args.every));
+        scene.leave_revisions();
         bar.set_position(recording.whole_bytes());
-        let sum = |count| scenes.values().map(|scene| scene.sum(count)).sum::<usize>();
-        let (cells, hunted) = (sum(Sights::cells), sum(Sights::hunted));
+        let Looked { cells, hunted, .. } = scenes.values().map(Scene::looked).sum();
         bar.set_message(format!("from {cells} cells, {hunted} hunts"));
     }
     bar.finish_and_clear();
@@ -133,8 +133,10 @@ fn revisions(block: &Block) -> Vec<Revision> {
 /// A scene of the recording.
 struct Scene {
     name: SceneName,
-    /// What is seen in each of its revisions; nothing is known of those that are not kept any more.
+    /// What is seen in the revisions of a block; nothing is known of those that are not kept any more.
     sights: BTreeMap<Revision, Option<Sights>>,
+    /// How much was looked at in those that it has left.
+    left: Looked,
     replay: Replay,
     account: Option<Account>,
     judge: Judge,
@@ -147,6 +149,7 @@ impl Scene {
         Ok(Self {
             name: name.parse().context("the recording names no scene")?,
             sights: BTreeMap::new(),
+            left: Looked::default(),
             replay: Replay::default(),
             account: None,
             judge: Judge::default(),
@@ -171,8 +174,18 @@ impl Scene {
         Ok(())
     }
 
-    fn sum(&self, count: fn(&Sights) -> usize) -> usize {
-        self.sights.values().flatten().map(count).sum()
+    /// Puts the geometry away of all revisions but the last one: a recording may go through many, and one that comes back is read
+    /// again.
+    fn leave_revisions(&mut self) {
+        let Some(account) = &self.account else { return };
+        let current = self.sights.remove_entry(&account.revision);
+        let left = std::mem::replace(&mut self.sights, current.into_iter().collect());
+        self.left = left.values().flatten().map(Sights::looked).chain([self.left]).sum();
+    }
+
+    fn looked(&self) -> Looked {
+        let here = self.sights.values().flatten().map(Sights::looked);
+        here.chain([self.left]).sum()
     }
 
     fn take(&mut self, block: &Block, every: u64) {
@@ -236,7 +249,7 @@ impl Scene {
     }
 
     fn report(self) -> SceneReport {
-        let [pairs, cells, hunted] = [Sights::pairs, Sights::cells, Sights::hunted].map(|count| self.sum(count));
+        let Looked { pairs, cells, hunted } = self.looked();
         let mut report = self.report;
         self.judge.leaks.into_iter().for_each(|leak| report.leaks.add(leak));
         self.judge

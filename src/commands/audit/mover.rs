@@ -27,6 +27,8 @@ pub(super) struct Mover {
     /// Where it may be taken to go on from there unheard.
     goes_on: GoesOn,
     pub(super) radius_m: f64,
+    /// So far around it it hides in a crowd.
+    pub(super) hides_m: f64,
     max_speed_mps: f64,
     max_acceleration_mps2: Option<f64>,
     heard: Heard,
@@ -56,6 +58,7 @@ impl Mover {
             said_ms: now_ms,
             goes_on: GoesOn::Somewhere,
             radius_m: new.radius_m,
+            hides_m: new.look.hides_m(new.radius_m),
             max_speed_mps,
             max_acceleration_mps2: new.max_acceleration_mps2,
             heard: Heard::first(&new.pose, promise, now_ms),

@@ -1,6 +1,9 @@
 //! Does one see from here to there? By geometry alone, with doors open or closed; what cells see of each other is looked at once.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    iter::Sum,
+};
 
 use belvedere_scene::{Bounds, CellId, ObjectId};
 use belvedere_verify::between::{Between, Effort, Sight};
@@ -9,6 +12,27 @@ use glam::DVec3;
 /// A closed door fills its doorway: gaps around its box of up to this share of its longest edge are closed, as for visible
 /// sets.
 const DOOR_GAP: f64 = 0.03;
+
+/// How much was looked at.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Looked {
+    /// Cells that were looked around from.
+    pub(super) cells: usize,
+    /// Pairs of cells between which sight lines were aimed.
+    pub(super) pairs: usize,
+    /// Those of them between which they were hunted.
+    pub(super) hunted: usize,
+}
+
+impl Sum for Looked {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), |sum, one| Self {
+            cells: sum.cells + one.cells,
+            pairs: sum.pairs + one.pairs,
+            hunted: sum.hunted + one.hunted,
+        })
+    }
+}
 
 /// What can be seen in a revision.
 pub(super) struct Sights {
@@ -35,22 +59,14 @@ impl Sights {
         }
     }
 
-    /// How many cells have been looked around from.
-    pub(super) fn cells(&self) -> usize {
-        self.around.len()
-    }
-
-    /// Between how many pairs of cells sight lines were aimed.
-    pub(super) fn pairs(&self) -> usize {
-        self.known.len()
-    }
-
-    /// Between how many of them they were hunted.
-    pub(super) fn hunted(&self) -> usize {
-        self.known
-            .values()
-            .filter(|(effort, _)| *effort == Effort::Hunt)
-            .count()
+    /// How much has been looked at.
+    pub(super) fn looked(&self) -> Looked {
+        let hunted = self.known.values().filter(|(effort, _)| *effort == Effort::Hunt);
+        Looked {
+            cells: self.around.len(),
+            pairs: self.known.len(),
+            hunted: hunted.count(),
+        }
     }
 
     /// Whether a sight line leads from any of some cells into any of others. Rays look around

@@ -85,7 +85,8 @@ impl Account {
         let mut wrong = Vec::new();
         for (named, said) in named(event, data) {
             let object = named.parse::<ObjectId>().ok();
-            match object.filter(|object| event == "object-gone" || self.movers.contains_key(object)) {
+            let was_told = |object: &ObjectId| event == "object-gone" && self.people[&session].known.contains(object);
+            match object.filter(|object| self.movers.contains_key(object) || was_told(object)) {
                 Some(object) => wrong.extend(self.tell_of(Telling { session, object, event }, said, at_ms)),
                 None => wrong.push(astray(Some(named), "there is no such mover")),
             }
@@ -102,9 +103,15 @@ impl Account {
             "rate" => person.shown.contains_key(&object),
             "object-gone" => {
                 person.shown.remove(&object);
-                true
+                match said.as_str() {
+                    Some("hidden") => person.known.contains(&object),
+                    _ => person.known.remove(&object),
+                }
             }
             _ => {
+                if event == "object-info" {
+                    person.known.insert(object);
+                }
                 person.room = person.room.saturating_sub(usize::from(event == "object-info"));
                 self.told.push(told);
                 let untrue = self.tell_pose((session, object), event, said, at_ms);
@@ -118,13 +125,13 @@ impl Account {
     }
 }
 
-/// The movers that an event names, as they are written, with what it says of each.
+/// The movers that an event names, as they are written, with what it says of each; of those that are gone, why.
 fn named<'a>(event: &str, data: &'a Value) -> Vec<(&'a str, &'a Value)> {
     let one = |value: &'a Value| value.as_str().unwrap_or_default();
     let objects = data["objects"].as_array().map_or(&[][..], Vec::as_slice).iter();
     match event {
         "object-pos" | "rate" => objects.map(|told| (one(&told["object"]), told)).collect(),
-        "object-gone" => objects.map(|object| (one(object), object)).collect(),
+        "object-gone" => objects.map(|object| (one(object), &data["reason"])).collect(),
         _ => vec![(one(&data["object"]), data)],
     }
 }
@@ -217,11 +224,37 @@ mod tests {
         let mut account = account();
         let rate = json!({"objects": [{"object": OTHER, "period_ms": 100}]});
         assert_eq!(leaks(&mut account, "rate", &rate), 1);
-        assert_eq!(leaks(&mut account, "object-pos", &rate), 0);
+        assert_eq!(leaks(&mut account, "object-info", &json!({"object": OTHER})), 0);
         assert_eq!(leaks(&mut account, "rate", &rate), 0);
         let gone = json!({"objects": [OTHER], "reason": "hidden"});
         assert_eq!(leaks(&mut account, "object-gone", &gone), 0);
         assert_eq!(leaks(&mut account, "rate", &rate), 1);
+    }
+
+    #[test]
+    fn who_is_told_that_somebody_is_gone_was_told_that_they_were_there() {
+        let mut account = account();
+        let gone = |object: ObjectId, reason: &str| json!({"objects": [object], "reason": reason});
+        assert_eq!(
+            leaks(&mut account, "object-gone", &gone(OTHER, "hidden")),
+            1,
+            "it never was shown"
+        );
+        leaks(&mut account, "object-info", &json!({"object": OTHER}));
+        // It may come back, and be hidden again, before there was a pose to tell.
+        for reason in ["hidden", "hidden", "left"] {
+            assert_eq!(leaks(&mut account, "object-gone", &gone(OTHER, reason)), 0, "{reason}");
+        }
+        assert_eq!(
+            leaks(&mut account, "object-gone", &gone(OTHER, "left")),
+            1,
+            "it had left"
+        );
+        leaks(&mut account, "object-info", &json!({"object": OTHER}));
+        account.hear(&Input::Destroy { object: OTHER }, 8);
+        let mut wrong = || account.tell(&json!(["s0", "object-gone", gone(OTHER, "destroyed")]), 9);
+        assert_eq!(wrong(), []);
+        assert!(matches!(&wrong()[..], [Wrong::Astray(astray)] if astray.why == "there is no such mover"));
     }
 
     #[test]

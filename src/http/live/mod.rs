@@ -2,21 +2,13 @@
 //!
 //! Handlers read a body, check its shape, ask the room `live` and answer; every rule is there.
 
+mod avatar;
 pub(super) mod doors;
 pub(super) mod movers;
 pub(super) mod sessions;
 
-use std::sync::Arc;
-
-use belvedere_live::{
-    Ms,
-    world::{Look, Sent},
-};
-use belvedere_scene::ObjectId;
+use belvedere_live::{Ms, world::Sent};
 use serde::Deserialize;
-
-use super::error::ApiError;
-use crate::published::Published;
 
 /// A time in whole milliseconds, ±(2⁵³ − 1): every one of them stands apart from its neighbours in the doubles that JSON's
 /// numbers are read into. To JSON Schema 10.0 is an integer.
@@ -62,21 +54,4 @@ impl Pose {
             acceleration: self.acceleration,
         }
     }
-}
-
-/// What a mover looks like: the model of a static object of the scene, or nothing.
-async fn look(published: &Published, avatar: Option<ObjectId>, name: Option<String>) -> Result<Look, ApiError> {
-    let model = match avatar {
-        None => None,
-        Some(object) => {
-            let info = published.reader.object_info(object).await?;
-            let detail = || format!("{object} is no object of the scene: an avatar wears the model of one");
-            Some(Arc::new(info.ok_or_else(|| ApiError::bad_body("/avatar", detail()))?))
-        }
-    };
-    let name = name.unwrap_or_default();
-    if name.len() > 200 {
-        return Err(ApiError::bad_body("/name", "a name has at most 200 bytes"));
-    }
-    Ok(Look { name, model })
 }

@@ -15,7 +15,11 @@ use belvedere_live::{
 use belvedere_scene::{ObjectId, SceneName};
 use serde::{Deserialize, Serialize};
 
-use super::{Pose, Time, UPRIGHT, look, sessions::DEFAULT_RADIUS_M};
+use super::{
+    Pose, Time, UPRIGHT,
+    avatar::{Avatar, look},
+    sessions::DEFAULT_RADIUS_M,
+};
 use crate::{
     http::{
         body::{JSON, Object, body, json, json_body},
@@ -41,7 +45,7 @@ struct Asked {
     position: Option<[f64; 3]>,
     orientation: Option<[f64; 4]>,
     velocity: Option<[f64; 3]>,
-    avatar: Option<ObjectId>,
+    avatar: Option<Avatar>,
     name: Option<String>,
     radius_m: Option<f64>,
     max_speed_mps: Option<f64>,
@@ -154,7 +158,7 @@ pub(in crate::http) async fn create(
         max_speed_mps: asked.max_speed_mps.unwrap_or(DEFAULT_SPEED_MPS),
         max_acceleration_mps2: asked.max_acceleration_mps2,
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
-        look: look(&published, asked.avatar, asked.name).await?,
+        look: look(&visitor, &published, asked.avatar, asked.name).await?,
         way: way.transpose().map_err(LiveError::from)?,
     };
     let (moved, token) = live

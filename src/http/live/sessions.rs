@@ -19,7 +19,10 @@ use belvedere_scene::{CellId, ObjectId, SceneName};
 use futures_util::StreamExt;
 use serde::{Deserialize, Serialize};
 
-use super::{Pose, Time, look};
+use super::{
+    Pose, Time,
+    avatar::{Avatar, look},
+};
 use crate::{
     http::{
         AppState,
@@ -52,7 +55,7 @@ struct Asked {
     orientation: Option<[f64; 4]>,
     velocity: Option<[f64; 3]>,
     aoi: Option<Object<Aoi>>,
-    avatar: Option<ObjectId>,
+    avatar: Option<Avatar>,
     name: Option<String>,
     radius_m: Option<f64>,
     max_speed_mps: Option<f64>,
@@ -128,7 +131,7 @@ pub(in crate::http) async fn open(
         radius_m: asked.radius_m.unwrap_or(DEFAULT_RADIUS_M),
         hears_movers: wants(Included::Movers),
         listens: false,
-        look: look(&published, asked.avatar, asked.name).await?,
+        look: look(&visitor, &published, asked.avatar, asked.name).await?,
     };
     let opened = live.open(&scene, participant, wants(Included::Static)).await?;
     let session = opened.session;

@@ -69,6 +69,8 @@ struct State {
     aside: Aside,
     told: Told,
     missed: Option<Void>,
+    /// What is told first says what time it is, so it is said when there is somebody who hears it.
+    awaits_greeting: bool,
     reader: Reader,
     closed: bool,
     last_sign: Instant,
@@ -121,6 +123,7 @@ impl Default for State {
             aside: Aside::default(),
             told: Told::default(),
             missed: None,
+            awaits_greeting: false,
             reader: Reader::none(0),
             closed: false,
             last_sign: Instant::now(),
@@ -130,11 +133,12 @@ impl Default for State {
 
 impl Outbox {
     /// An empty one, which says to whoever looks after several of them that a reader has come, gone or missed something.
-    /// Of a session that was taken up, what others have told is void.
+    /// A session that was opened awaits a greeting; of one that was taken up, what others have told is void.
     pub(super) fn new(readers_changed: Arc<AtomicBool>, taken: u64) -> Self {
         let state = State {
             told: Told::after(taken),
             missed: (taken > 0).then_some(Void::Missed),
+            awaits_greeting: taken == 0,
             ..State::default()
         };
         Self {
@@ -158,8 +162,13 @@ impl Outbox {
     fn offer(&self, event: &Event, delivery: &mut Delivery) -> Option<Departing<'_>> {
         let mut state = self.state();
         match event {
-            Event::Resync { .. } => state.clear(),
+            Event::Resync { .. } => {
+                state.clear();
+                state.awaits_greeting = false;
+            }
             _ if state.missed.is_some() => return None,
+            // The greeting says it.
+            Event::Cell { .. } if state.awaits_greeting => return None,
             Event::ObjectPos { t_ms, objects } => {
                 let written = delivery.poses.all(*t_ms, objects);
                 let line = state.reader.line.as_ref().filter(|_| state.reader.waker.is_some());
@@ -181,19 +190,16 @@ impl Outbox {
             Event::Revision { .. } => state.aside.revoke(),
             _ => {}
         }
-        let data = serde_json::to_string(event).expect("an event holds nothing that JSON cannot say");
-        // Without the room that was not needed: it is kept.
-        let data = Bytes::from(data.into_boxed_str().into_boxed_bytes());
-        let name = event.name();
+        let said = said(event);
         if matches!(event, Event::ObjectInfo(told) if told.moving.is_none()) {
-            state.aside.push(Said { name, data });
+            state.aside.push(said);
             if state.aside.goes() {
                 state.wake();
             }
             return None;
         }
-        state.queue_bytes += data.len();
-        state.queue.push_back(Said { name, data });
+        state.queue_bytes += said.data.len();
+        state.queue.push_back(said);
         if state.queue_bytes > state.most_bytes() {
             state.miss(Void::Missed);
             state.reader.behind = true;
@@ -201,6 +207,22 @@ impl Outbox {
         }
         state.wake();
         None
+    }
+
+    /// Whether the first reader has come, and has not been greeted.
+    pub(super) fn wants_greeting(&self) -> bool {
+        let state = self.state();
+        state.awaits_greeting && state.reader.attached && state.missed.is_none()
+    }
+
+    /// Puts in what is told before all else.
+    pub(super) fn greet(&self, hello: &Event) {
+        let mut state = self.state();
+        let said = said(hello);
+        state.queue_bytes += said.data.len();
+        state.queue.push_front(said);
+        state.awaits_greeting = false;
+        state.wake();
     }
 
     /// Whether more than half of the room is left, for what does not move.
@@ -331,6 +353,16 @@ impl Outbox {
     }
 }
 
+/// An event as it is written.
+fn said(event: &Event) -> Said {
+    let data = serde_json::to_string(event).expect("an event holds nothing that JSON cannot say");
+    Said {
+        name: event.name(),
+        // Without the room that was not needed: it is kept.
+        data: Bytes::from(data.into_boxed_str().into_boxed_bytes()),
+    }
+}
+
 /// Puts in events of many sessions, in their order; says how many of them their readers have already. Those of one session follow
 /// each other: its outbox is held until it departs, and must not be asked for again before.
 pub(super) fn push_all(events: &[(Arc<Outbox>, Event)], delivery: &mut Delivery) -> u64 {
@@ -437,6 +469,9 @@ impl State {
 
     /// Takes out what is to be read next.
     fn piece(&mut self) -> Option<Bytes> {
+        if self.awaits_greeting {
+            return None;
+        }
         if !self.told.has_more() && self.queue.is_empty() && self.poses.is_none() && !self.aside.goes() {
             return None;
         }

@@ -105,6 +105,10 @@ fn read(outbox: &Outbox, reader: u64) -> String {
     text
 }
 
+fn wake() -> Event {
+    Event::Wake { object: ObjectId(1) }
+}
+
 fn names(text: &str) -> Vec<&str> {
     text.lines().filter_map(|line| line.strip_prefix("event: ")).collect()
 }
@@ -120,6 +124,27 @@ fn of_poses_only_the_newest_is_told_and_none_of_what_is_gone() {
     outbox.push(&pos(100));
     outbox.push(&gone());
     assert_eq!(names(&read(&outbox, reader)), ["object-gone"]);
+}
+
+#[test]
+fn a_session_is_told_nothing_before_it_is_greeted_and_then_the_greeting_first() {
+    let outbox = Outbox::new(Arc::default(), 0);
+    outbox.push(&Event::Cell {
+        cell: belvedere_scene::CellId(7),
+    });
+    outbox.push(&gone());
+    assert!(!outbox.wants_greeting(), "nobody would hear it");
+    let reader = outbox.attach(None);
+    assert_eq!(read(&outbox, reader), "");
+    assert!(outbox.wants_greeting());
+    // Any event will do for the greeting.
+    outbox.greet(&wake());
+    assert!(!outbox.wants_greeting());
+    assert_eq!(
+        names(&read(&outbox, reader)),
+        ["wake", "object-gone"],
+        "the greeting names the cell"
+    );
 }
 
 #[test]

@@ -222,9 +222,6 @@ impl Stage {
                 return;
             }
         };
-        if let Some(hello) = self.hello(session) {
-            outbox.push(&hello);
-        }
         if with_statics {
             let (view, seen) = watch::channel(View {
                 published: self.terrain.published.clone(),

@@ -47,9 +47,17 @@ impl Stage {
         }
     }
 
-    /// Says whose readers have come or gone, and whose have missed so much that there is nothing to be told until they come back.
+    /// Greets first readers, and says whose have come or gone, and whose have missed so much that there is nothing to be told until
+    /// they come back.
     fn attend(&mut self) {
         let now_ms = self.live.now_ms();
+        for (session, person) in &self.people {
+            if person.outbox.wants_greeting()
+                && let Some(hello) = self.hello(*session)
+            {
+                person.outbox.greet(&hello);
+            }
+        }
         for (session, person) in &mut self.people {
             let listens = person.outbox.listens();
             if std::mem::replace(&mut person.listens, listens) != listens {

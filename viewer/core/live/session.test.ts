@@ -31,6 +31,15 @@ it("opens once, listens with its token, speaks, moves doors and leaves", async (
   expect(sent.slice(2).every(({ token }) => token === "Bearer t")).toBe(true);
 });
 
+it("wears what it is told to, of another scene too", async () => {
+  const { parts, sent } = server(LINK);
+  const avatar = { scene: "people", object: "o3" };
+  const session = await Session.offered({ ...parts, avatar });
+  session?.update(self(0));
+  await vi.waitFor(() => expect(session?.isOpen).toBe(true));
+  expect(sent[1]?.body).toMatchObject({ avatar });
+});
+
 it("ends a session whose opening was under way when one left, and listens to nothing", async () => {
   const { parts, sent, streams, events } = server(LINK);
   const session = await Session.offered(parts);

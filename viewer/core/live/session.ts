@@ -19,6 +19,14 @@ export interface SessionParts {
   readonly listen: (url: string) => EventStream;
   readonly clock: Clock;
   readonly told: (event: LiveEvent) => void;
+  /** Whose model one wears; without one, others draw what they like. */
+  readonly avatar?: Avatar | undefined;
+}
+
+/** An object that does not move, of this scene or of another one of the same server that one may read. */
+export interface Avatar {
+  readonly scene?: string;
+  readonly object: string;
 }
 
 export interface Participant {
@@ -170,7 +178,8 @@ export class Session {
     let answer: Response | undefined;
     try {
       const { position, orientation } = self;
-      const asked = { position, orientation, aoi: AOI, max_speed_mps: MAX_SPEED_MPS, t_ms };
+      const { avatar } = this.parts;
+      const asked = { position, orientation, aoi: AOI, max_speed_mps: MAX_SPEED_MPS, t_ms, avatar };
       answer = await this.send(this.url, "POST", asked);
       if (answer.ok) this.enter(Json.parse(await answer.text(), "the session"));
     } catch {

@@ -24,7 +24,7 @@ pub struct Company {
     hidden_order: VecDeque<ObjectId>,
     closed: BTreeSet<ObjectId>,
     extrapolate_ms: f64,
-    /// Adds to a time of the server to make one of this clock.
+    /// Adds to a time of the server to make one of this clock, as what came quickest says.
     ahead_ms: f64,
 }
 
@@ -75,6 +75,9 @@ impl Company {
             }
             LiveEvent::Appear(appearance) => self.appear(appearance, now_ms),
             LiveEvent::Move(poses) => {
+                for (_, pose) in poses {
+                    self.hears(*pose, now_ms);
+                }
                 for (object, pose) in poses {
                     self.move_to(*object, *pose, now_ms);
                 }
@@ -124,6 +127,7 @@ impl Company {
 
     fn appear(&mut self, appearance: &Appearance, now_ms: f64) {
         let object = appearance.info.object;
+        self.hears(appearance.pose, now_ms);
         self.forget(object);
         let known = Known {
             info: appearance.info.clone(),
@@ -132,6 +136,11 @@ impl Company {
         };
         let motion = SmoothMotion::new(appearance.pose, self.ahead_ms, now_ms);
         self.seen.insert(object, (known, motion));
+    }
+
+    /// Nothing is heard of before it was so.
+    fn hears(&mut self, pose: Pose, now_ms: f64) {
+        self.ahead_ms = self.ahead_ms.min(now_ms - pose.t_ms as f64);
     }
 
     fn move_to(&mut self, object: ObjectId, pose: Pose, now_ms: f64) {

@@ -8,7 +8,7 @@
 //! just uncovered, nobody hears of what others still hide, and a door that closes again waits for no answer. Of all answers so much is
 //! kept as memory allows ([`screens`](crate::screens)).
 
-use std::collections::BTreeSet;
+use std::{cmp::Ordering, collections::BTreeSet};
 
 use belvedere_scene::{Bounds, CellId, ObjectId};
 
@@ -147,7 +147,10 @@ impl World {
         let avatar = &self.movers[&session.object];
         let (now, last) = self.rules.eye_balls(avatar, session.eye.position);
         let [now, last] = [now, last].map(|eye| self.looked_ahead(eye, avatar.max_speed_mps));
-        let cells = self.cells.under_either((now, last));
+        let mut cells = self.cells.under_either((now, last));
+        // The newest question is answered first: that of where it stands, then those of what is near.
+        let away_m = |cell: &CellId| self.cells.cell(*cell).map(|cell| cell.bounds.distance_m(now.center));
+        cells.sort_by(|a, b| away_m(b).partial_cmp(&away_m(a)).unwrap_or(Ordering::Equal));
         for cell in cells {
             self.cells.look_from(cell);
             self.unscreened.ask(cell);
@@ -283,6 +286,18 @@ mod tests {
     /// Cells that are asked about, the last one first.
     fn asked(world: &mut World) -> Vec<CellId> {
         std::iter::from_fn(|| world.next_unscreened().map(|asked| asked.cell)).collect()
+    }
+
+    #[test]
+    fn where_somebody_stands_is_asked_about_before_where_they_may_be_soon() {
+        let mut world = row();
+        asked(&mut world);
+        let walker = Visitor {
+            max_speed_mps: 0.8,
+            ..visitor(1.4)
+        };
+        world.open(SessionId(1), ObjectId(101), walker, 0).unwrap();
+        assert_eq!(asked(&mut world), [CellId(1), CellId(0), CellId(2)]);
     }
 
     #[test]

@@ -51,6 +51,26 @@ pub struct Look {
     pub model: Option<Arc<ObjectInfo>>,
 }
 
+/// Half as wide as people are, as whom clients draw who wears no model.
+const PERSON_M: f64 = 0.3;
+
+impl Look {
+    /// So far around where it stands it surely hides what is behind it: what is drawn of it reaches so far to all sides, and its
+    /// ball, which need not be filled, as well.
+    #[must_use]
+    pub fn hides_m(&self, radius_m: f64) -> f64 {
+        let drawn_m = self.model.as_deref().map_or(PERSON_M, |model| {
+            let Bounds { min, max } = &model.bounds;
+            let to_sides = [0, 2].map(|axis| {
+                let origin = model.transform[12 + axis];
+                (origin - min[axis]).min(max[axis] - origin)
+            });
+            to_sides.into_iter().fold(f64::INFINITY, f64::min)
+        });
+        drawn_m.min(radius_m).max(0.0)
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum State {
     /// Its pose counts.
@@ -201,6 +221,43 @@ fn world_from_object(pose: &Pose, scale: [f64; 3]) -> [f64; 16] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_hides_further_than_what_is_drawn_of_it_and_than_its_ball() {
+        let worn = |min: [f64; 3], max: [f64; 3]| Look {
+            name: String::new(),
+            model: Some(Arc::new(ObjectInfo {
+                object: ObjectId(1),
+                source_node: String::new(),
+                part: 0,
+                bounds: Bounds { min, max },
+                transform: world_from_object(&Pose::resting(0, [10.0, 0.0, 20.0], [0.0, 0.0, 0.0, 1.0]), [1.0; 3]),
+                model: None,
+                procedural: None,
+                mover: false,
+                door: false,
+                levels: Vec::new(),
+                smooth: None,
+                impostor: None,
+            })),
+        };
+        assert_eq!(
+            [0.1, 0.5, 50.0].map(|radius_m| Look::default().hides_m(radius_m)),
+            [0.1, PERSON_M, PERSON_M]
+        );
+        let lorry = worn([8.0, 0.0, 19.0], [12.0, 3.0, 22.0]);
+        assert_eq!(
+            [0.5, 50.0].map(|radius_m| lorry.hides_m(radius_m)),
+            [0.5, 1.0],
+            "as far as its nearest side"
+        );
+        assert_eq!(
+            worn([11.0, 0.0, 19.0], [12.0, 3.0, 22.0]).hides_m(50.0),
+            0.0,
+            "it stands beside its origin"
+        );
+        assert_eq!(worn(Bounds::EMPTY.min, Bounds::EMPTY.max).hides_m(50.0), 0.0);
+    }
 
     #[test]
     fn a_matrix_turns_scales_and_moves() {

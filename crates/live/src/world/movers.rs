@@ -207,7 +207,7 @@ impl World {
         let (now, last) = self.rules.mover_balls(mover, now_ms);
         let cells = self.cells.under_either((now, last));
         if let Some(crowd) = &mut self.crowd {
-            crowd.put(object, now.center, mover.radius_m);
+            crowd.put(object, now.center, mover.look.hides_m(mover.radius_m));
         }
         self.register(object, cells);
         self.stirred_movers.insert(object);

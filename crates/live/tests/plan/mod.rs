@@ -230,6 +230,19 @@ impl Stage {
         })
     }
 
+    /// A mover in a ball of another size.
+    pub(crate) fn large(&mut self, x: f64, radius_m: f64) -> ObjectId {
+        let new = NewMover {
+            pose: self.sent(x),
+            max_speed_mps: 0.0,
+            max_acceleration_mps2: None,
+            radius_m,
+            look: Look::default(),
+            way: None,
+        };
+        self.add(new).0
+    }
+
     /// A mover of which a session says where it is.
     pub(crate) fn own(&mut self, owner: SessionId, x: f64) -> (ObjectId, Option<Hush>) {
         let new = NewMover {

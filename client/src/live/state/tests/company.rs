@@ -56,6 +56,20 @@ fn x_of(company: &Company, now_ms: f64) -> Vec<f64> {
 }
 
 #[test]
+fn what_came_quickest_says_how_far_the_clocks_are_apart() {
+    let mut company = company();
+    // A greeting that was 400 ms on its way makes the clocks look further apart than they are.
+    company.take(&info(FIRST, &pose(4500, 1.0, 1.0, 0.0)), 5100.0);
+    assert!((x_of(&company, 5100.0)[0] - 1.0).abs() < 1e-9, "it was true only now");
+    company.take(&moved(FIRST, &pose(5000, 1.5, 1.0, 0.0)), 5700.0);
+    let [x] = x_of(&company, 60_000.0)[..] else { panic!() };
+    assert!(
+        (x - 3.5).abs() < 1e-9,
+        "what comes later does not set them apart again: {x}"
+    );
+}
+
+#[test]
 fn movers_go_on_as_they_were_going_for_a_while() {
     let mut company = company();
     company.take(&info(FIRST, &pose(4000, 1.0, 2.0, 0.0)), 5000.0);
