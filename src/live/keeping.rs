@@ -140,7 +140,7 @@ struct Writing {
     moved: BTreeMap<ObjectId, Sent>,
 }
 
-/// Keeps a mover; says whether its id was free.
+/// Keeps a mover; says whether its id was free, and its scene is published still.
 pub(super) async fn keep_mover(
     catalogue: &Catalogue,
     scene: &SceneName,
