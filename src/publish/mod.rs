@@ -142,11 +142,12 @@ pub(crate) async fn bake(
 ) -> anyhow::Result<Report> {
     let patience = Patience::new(progress.clone());
     let no_gc = patience.wait(|| data.lock_for_writing()).await?;
-    patience.wait(|| data.own_new_store()).await?;
+    let not_ours = patience.wait(|| data.own_new_store()).await?;
     let key = source_key(&request);
     if !request.again
-        && let Some(report) = patience.wait(|| unchanged(data, &request, &key)).await?
+        && let Some(mut report) = patience.wait(|| unchanged(data, &request, &key)).await?
     {
+        report.notes.extend(not_ours);
         return Ok(report);
     }
     let found = FoundFile::open(&data.bakes(), &request.scene);
@@ -161,6 +162,7 @@ pub(crate) async fn bake(
     };
     tokio::task::spawn_blocking(move || {
         let mut report = run(request, &publisher, &found, &progress, on_first.as_ref())?;
+        report.notes.extend(not_ours);
         report.notes.extend(
             found
                 .finish()
