@@ -177,6 +177,18 @@ fn object(row: &AnyRow) -> anyhow::Result<ObjectId> {
 }
 
 #[cfg(test)]
+impl Catalogue {
+    /// A scene is published, with nothing in it.
+    pub(crate) async fn publish_nothing(&self, scene: &SceneName) {
+        let rows = format!(
+            "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES ('{scene}', '1', '', '', '', ''); \
+             INSERT INTO scenes VALUES ('{scene}', '1')"
+        );
+        sqlx::Executor::execute(&self.pool, AssertSqlSafe(rows)).await.unwrap();
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -201,14 +213,8 @@ mod tests {
         };
         {
             let catalogue = Catalogue::open(data.path()).await.unwrap();
-            for scene in ["here", "there"] {
-                let row = format!(
-                    "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES ('{scene}', '1', '', '', '', ''); \
-                     INSERT INTO scenes VALUES ('{scene}', '1')"
-                );
-                sqlx::Executor::execute(&catalogue.pool, AssertSqlSafe(row))
-                    .await
-                    .unwrap();
+            for scene in [&here, &there] {
+                catalogue.publish_nothing(scene).await;
             }
             assert_eq!(catalogue.draw_mover_ids(10).await.unwrap(), ObjectId(100_000_000));
             for object in [7, 9, 8] {

@@ -295,6 +295,7 @@ mod tests {
             mover: "{}".into(),
             pose: None,
         };
+        catalogue.publish_nothing(&scene).await;
         assert!(catalogue.keep_mover(&scene, &kept).await.unwrap());
         let file = format!("sqlite:{}", data.path().join(FILE_NAME).display());
         let mut beside = SqliteConnection::connect(&file).await.unwrap();

@@ -76,10 +76,17 @@ mod tests {
         };
         let data = DataFolder::open_place(&(&place).try_into().unwrap()).await.unwrap();
         for _ in 0..2 {
-            assert_eq!(data.own_new_store().await.unwrap(), None, "it is this catalogue's from now on");
+            assert_eq!(
+                data.own_new_store().await.unwrap(),
+                None,
+                "it is this catalogue's from now on"
+            );
         }
         data.store().give_to("c0ffee").await.unwrap();
         let told = data.own_new_store().await.unwrap().unwrap();
-        assert!(told.contains("catalogue c0ffee") && told.contains("gc --adopt"), "{told}");
+        assert!(
+            told.contains("catalogue c0ffee") && told.contains("gc --adopt"),
+            "{told}"
+        );
     }
 }

@@ -413,14 +413,20 @@ async fn one_address_has_no_more_than_its_share_and_others_come_in() {
     let [one, other] = [1, 2].map(|last| Some(std::net::IpAddr::from([10, 0, 0, last])));
     let opened = live.open(&row(), visitor(), false, one).await.unwrap();
     let refused = live.open(&row(), visitor(), false, one).await;
-    assert!(matches!(refused, Err(LiveError::Crowded { most: 1, .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(LiveError::Crowded { most: 1, .. })),
+        "{refused:?}"
+    );
     live.open(&row(), visitor(), false, other).await.unwrap();
     let session = live.session(opened.session, Some(opened.token)).await.unwrap();
     session.close().await.unwrap();
     live.open(&row(), visitor(), false, one).await.unwrap();
     live.create(&row(), mover(), true, None, one).await.unwrap();
     let refused = live.create(&row(), mover(), true, None, one).await;
-    assert!(matches!(refused, Err(LiveError::Crowded { most: 1, .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(LiveError::Crowded { most: 1, .. })),
+        "{refused:?}"
+    );
     live.create(&row(), mover(), true, None, other).await.unwrap();
     assert_eq!(live.counts().crowded, 2);
 }
