@@ -28,10 +28,10 @@ USER 10001
 VOLUME /data
 ENV BELVEDERE_DATA=/data BELVEDERE_LISTEN=0.0.0.0:8080 BELVEDERE_LOG_FORMAT=json
 EXPOSE 8080
-# The image has no curl; bash speaks enough HTTP for this. Not /readyz: whoever restarts what is unhealthy would do so while the
-# database is away, and what is known is served then.
+# The image has no curl; bash speaks enough HTTP for this, and where the server speaks TLS, an alert (15 03) in return says that it is
+# there. Not /readyz: whoever restarts what is unhealthy would do so while the database is away, and what is known is served then.
 HEALTHCHECK --interval=10s --timeout=3s --start-period=10s CMD ["bash", "-c", \
-    "exec 3<>/dev/tcp/127.0.0.1/8080 && printf 'GET /healthz HTTP/1.0\\r\\n\\r\\n' >&3 && head -1 <&3 | grep -q ' 200 '"]
+    "exec 3<>/dev/tcp/127.0.0.1/8080 && printf 'GET /healthz HTTP/1.0\\r\\n\\r\\n' >&3 && head -1 <&3 | LC_ALL=C grep -aqe ' 200 ' -e $'^\\x15\\x03'"]
 # Open streams end at once when it is asked to stop; drain time is in the settings.
 STOPSIGNAL SIGTERM
 ENTRYPOINT ["belvedere"]

@@ -3,7 +3,8 @@
 #
 # The origin has encoded everything already; with its own gzip, Varnish would hand out no zstd.
 #
-# All of the origin's connections are from here: let it have `max_connections_per_address = 10000`.
+# All of the origin's connections are from here: let it have `max_connections_per_address = 10000`, `max_sessions_per_address = 5000` and
+# `max_movers_per_address_percent = 100`.
 #
 # The origin's Cache-Control decides what is kept and how long, `stale-while-revalidate` included.
 vcl 4.1;

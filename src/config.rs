@@ -5,12 +5,14 @@
 pub(crate) mod environment;
 pub(crate) mod file;
 mod listen;
+mod live;
 
 use std::{net::SocketAddr, path::PathBuf, time::Duration};
 
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
 
+pub use self::live::LiveArgs;
 use crate::{
     http::{NotAnOrigin, Origin, accept::ConnectionLimits, tls::TlsFiles},
     jobs::JobSettings,
@@ -63,34 +65,10 @@ pub struct Settings {
     /// How often to look for new revisions, in milliseconds [default: 500]
     #[arg(long, value_name = "MS", env = "BELVEDERE_POLL_MS")]
     pub poll_ms: Option<u64>,
-    /// How many live sessions may be open [default: 5000]
-    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_SESSIONS")]
-    pub max_sessions: Option<usize>,
-    /// How many program-driven movers there may be [default: 100000]
-    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_MOVERS")]
-    pub max_movers: Option<usize>,
-    /// How many of them may outlive the server [default: 1000]
-    #[arg(long, value_name = "N", env = "BELVEDERE_MAX_PERSISTENT")]
-    pub max_persistent: Option<usize>,
-    /// Only who shows this token makes movers that outlive the server, and may delete any mover; 32 hex digits, as
-    /// `openssl rand -hex 16` prints [default: everybody makes them]
-    #[arg(long, value_name = "TOKEN", env = "BELVEDERE_OPERATOR_TOKEN", hide_env_values = true)]
-    pub operator_token: Option<String>,
-    /// A mover that does not outlive the server ends when its sender is silent for longer, in seconds [default: 3600]
-    #[arg(long, value_name = "S", env = "BELVEDERE_MOVER_LEASE_S")]
-    pub mover_lease_s: Option<u64>,
-    /// In a crowd, who is visible to a smaller share is not told of, in percent [default: 0]
-    #[arg(long, value_name = "PERCENT", env = "BELVEDERE_CULL_BELOW_PERCENT")]
-    pub cull_below_percent: Option<u64>,
-    /// Time between ticks of live sessions, in milliseconds [default: 100]
-    #[arg(long, value_name = "MS", env = "BELVEDERE_TICK_MS")]
-    pub tick_ms: Option<u64>,
-    /// How many bytes a second of poses a live session is told at most [default: 64000]
-    #[arg(long, value_name = "BYTES", env = "BELVEDERE_SESSION_BYTES_PER_S")]
-    pub session_bytes_per_s: Option<u64>,
-    /// A live session that is silent for longer ends, in seconds [default: 30]
-    #[arg(long, value_name = "S", env = "BELVEDERE_LEASE_S")]
-    pub lease_s: Option<u64>,
+    /// Limits of live sessions.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub live: LiveArgs,
     /// How large an uploaded scene may be, in MiB [default: 1024]
     #[arg(long, value_name = "MIB", env = "BELVEDERE_MAX_UPLOAD_MIB")]
     pub max_upload_mib: Option<u64>,
@@ -276,15 +254,7 @@ impl Settings {
             max_requests_per_s: self.max_requests_per_s.or(fallback.max_requests_per_s),
             drain_s: self.drain_s.or(fallback.drain_s),
             poll_ms: self.poll_ms.or(fallback.poll_ms),
-            max_sessions: self.max_sessions.or(fallback.max_sessions),
-            max_movers: self.max_movers.or(fallback.max_movers),
-            max_persistent: self.max_persistent.or(fallback.max_persistent),
-            operator_token: self.operator_token.or(fallback.operator_token),
-            mover_lease_s: self.mover_lease_s.or(fallback.mover_lease_s),
-            cull_below_percent: self.cull_below_percent.or(fallback.cull_below_percent),
-            tick_ms: self.tick_ms.or(fallback.tick_ms),
-            session_bytes_per_s: self.session_bytes_per_s.or(fallback.session_bytes_per_s),
-            lease_s: self.lease_s.or(fallback.lease_s),
+            live: self.live.or(fallback.live),
             max_upload_mib: self.max_upload_mib.or(fallback.max_upload_mib),
             max_bakes: self.max_bakes.or(fallback.max_bakes),
             bake_memory_mib: self.bake_memory_mib.or(fallback.bake_memory_mib),
@@ -307,19 +277,20 @@ impl Settings {
     }
 }
 
+fn within(name: &'static str, value: u64, least: u64, most: u64) -> Result<u64, ConfigError> {
+    let ok = (least..=most).contains(&value);
+    ok.then_some(value).ok_or(ConfigError::OutOfRange {
+        name,
+        least,
+        most,
+        got: value,
+    })
+}
+
 impl TryFrom<Settings> for Config {
     type Error = ConfigError;
 
     fn try_from(settings: Settings) -> Result<Self, ConfigError> {
-        let within = |name, value: u64, least: u64, most: u64| {
-            let ok = (least..=most).contains(&value);
-            ok.then_some(value).ok_or(ConfigError::OutOfRange {
-                name,
-                least,
-                most,
-                got: value,
-            })
-        };
         let limits = ConnectionLimits::default();
         let connections = settings.max_connections.unwrap_or(limits.connections);
         let of_an_address = settings.max_connections_per_address.map(|most| most as u64);
@@ -330,26 +301,6 @@ impl TryFrom<Settings> for Config {
             .unwrap_or_else(|| "info,sqlx=warn,async_nats=warn".to_owned());
         log.parse::<tracing_subscriber::filter::Targets>()
             .map_err(|error| ConfigError::Log(error.to_string()))?;
-        let live = LiveSettings::default();
-        let sessions = settings.max_sessions.unwrap_or(live.sessions) as u64;
-        let movers = settings.max_movers.unwrap_or(live.movers) as u64;
-        let persistent = settings.max_persistent.unwrap_or(live.persistent) as u64;
-        let mover_lease_s = settings.mover_lease_s.unwrap_or(live.mover_lease.as_secs());
-        let cull_below_percent = settings.cull_below_percent.unwrap_or(live.cull_below_percent.into());
-        let tick_ms = settings.tick_ms.unwrap_or(live.tick.as_millis() as u64);
-        let bytes_per_s = settings.session_bytes_per_s.unwrap_or(live.session_bytes_per_s);
-        let lease_s = settings.lease_s.unwrap_or(live.lease.as_secs());
-        let live = LiveSettings {
-            sessions: within("max_sessions", sessions, 0, 1_000_000)? as usize,
-            movers: within("max_movers", movers, 0, 10_000_000)? as usize,
-            persistent: within("max_persistent", persistent, 0, 10_000_000)? as usize,
-            operator: settings.operator_token.map(|token| token.parse()).transpose()?,
-            mover_lease: Duration::from_secs(within("mover_lease_s", mover_lease_s, 1, 10_000_000)?),
-            cull_below_percent: within("cull_below_percent", cull_below_percent, 0, 50)? as u8,
-            tick: Duration::from_millis(within("tick_ms", tick_ms, 1, 1_000)?),
-            session_bytes_per_s: within("session_bytes_per_s", bytes_per_s, 1_000, 1_000_000_000)?,
-            lease: Duration::from_secs(within("lease_s", lease_s, 1, 3_600)?),
-        };
         let node: Option<NodeName> = settings.node.map(|name| name.parse()).transpose()?;
         let nats = settings.nats.map(|servers| servers.parse()).transpose()?;
         let nodes = nats.map(|nats| NodeSettings {
@@ -404,7 +355,7 @@ impl TryFrom<Settings> for Config {
             request_timeout,
             requests_per_s: settings.max_requests_per_s.unwrap_or(0),
             jobs,
-            live,
+            live: settings.live.try_into()?,
             nodes,
             node,
             base_origins: settings
@@ -509,10 +460,30 @@ mod tests {
     }
 
     #[test]
+    fn an_address_has_half_of_the_sessions_unless_somebody_says_otherwise() {
+        let of_an_address = |max_sessions, max_sessions_per_address| {
+            let live = LiveArgs {
+                max_sessions,
+                max_sessions_per_address,
+                ..LiveArgs::default()
+            };
+            LiveSettings::try_from(live).unwrap().sessions_of_an_address
+        };
+        assert_eq!(
+            of_an_address(None, None),
+            LiveSettings::default().sessions_of_an_address
+        );
+        assert_eq!((of_an_address(Some(7), None), of_an_address(Some(7), Some(7))), (4, 7));
+    }
+
+    #[test]
     fn an_operators_token_must_be_one() {
         let with = |token: &str| {
             Config::try_from(Settings {
-                operator_token: Some(token.to_owned()),
+                live: LiveArgs {
+                    operator_token: Some(token.to_owned()),
+                    ..LiveArgs::default()
+                },
                 ..Settings::default()
             })
         };

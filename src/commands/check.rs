@@ -141,8 +141,13 @@ fn settings(config: &Config) -> Vec<(&'static str, String)> {
         ("drain_s", s(connections.drain)),
         ("poll_ms", ms(config.poll)),
         ("max_sessions", live.sessions.to_string()),
+        ("max_sessions_per_address", live.sessions_of_an_address.to_string()),
         ("max_movers", live.movers.to_string()),
         ("max_persistent", live.persistent.to_string()),
+        (
+            "max_movers_per_address_percent",
+            live.movers_of_an_address_percent.to_string(),
+        ),
         ("operator_token", hidden(live.operator.is_some())),
         ("mover_lease_s", s(live.mover_lease)),
         ("cull_below_percent", live.cull_below_percent.to_string()),

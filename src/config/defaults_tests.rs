@@ -15,6 +15,7 @@ const IN_WORDS: &[(&str, &str)] = &[
     ("database", "in the data folder"),
     ("store", "in the data folder"),
     ("max_connections_per_address", "half of all"),
+    ("max_sessions_per_address", "half of all"),
     ("operator_token", "everybody makes them"),
     ("base_origins", "those of its own only"),
     ("nats", "this server is alone"),

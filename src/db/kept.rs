@@ -30,10 +30,12 @@ pub struct KeptDoor {
 }
 
 impl Catalogue {
-    /// Keeps a new mover; says whether its id was free. Another server of the catalogue may have taken it.
+    /// Keeps a new mover of a scene that is published; says whether it did. Another server of the catalogue may have taken its id, or
+    /// the scene been removed.
     pub async fn keep_mover(&self, scene: &SceneName, kept: &KeptMover) -> anyhow::Result<bool> {
         let added = sqlx::query(
-            "INSERT INTO kept_movers (object, scene, token, mover, pose) VALUES ($1, $2, $3, $4, $5) \
+            "INSERT INTO kept_movers (object, scene, token, mover, pose) \
+             SELECT CAST($1 AS BIGINT), scene, CAST($3 AS TEXT), CAST($4 AS TEXT), CAST($5 AS TEXT) FROM scenes WHERE scene = $2 \
              ON CONFLICT (object) DO NOTHING",
         )
         .bind(i64::from(kept.object.0))
@@ -123,10 +125,11 @@ impl Catalogue {
             .collect()
     }
 
-    /// Keeps how a door of a revision stands.
+    /// Keeps how a door of a revision stands, unless the scene was removed.
     pub async fn keep_door(&self, scene: &SceneName, revision: Revision, door: &KeptDoor) -> anyhow::Result<()> {
         sqlx::query(
-            "INSERT INTO kept_doors (scene, revision, object, bounds, open) VALUES ($1, $2, $3, $4, $5) \
+            "INSERT INTO kept_doors (scene, revision, object, bounds, open) \
+             SELECT scene, CAST($2 AS TEXT), CAST($3 AS BIGINT), CAST($4 AS TEXT), CAST($5 AS BIGINT) FROM scenes WHERE scene = $1 \
              ON CONFLICT (scene, object) DO UPDATE SET revision = excluded.revision, bounds = excluded.bounds, open = excluded.open",
         )
         .bind(scene.as_str())
@@ -174,6 +177,18 @@ fn object(row: &AnyRow) -> anyhow::Result<ObjectId> {
 }
 
 #[cfg(test)]
+impl Catalogue {
+    /// A scene is published, with nothing in it.
+    pub(crate) async fn publish_nothing(&self, scene: &SceneName) {
+        let rows = format!(
+            "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES ('{scene}', '1', '', '', '', ''); \
+             INSERT INTO scenes VALUES ('{scene}', '1')"
+        );
+        sqlx::Executor::execute(&self.pool, AssertSqlSafe(rows)).await.unwrap();
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -198,6 +213,9 @@ mod tests {
         };
         {
             let catalogue = Catalogue::open(data.path()).await.unwrap();
+            for scene in [&here, &there] {
+                catalogue.publish_nothing(scene).await;
+            }
             assert_eq!(catalogue.draw_mover_ids(10).await.unwrap(), ObjectId(100_000_000));
             for object in [7, 9, 8] {
                 assert!(catalogue.keep_mover(&here, &mover(object)).await.unwrap());

@@ -113,7 +113,7 @@ impl Catalogue {
             let held = claim.hold(&mut tx).await?;
             anyhow::ensure!(
                 held,
-                "nothing was heard of this server for too long, so another one has the job"
+                "the job was cancelled meanwhile, or nothing was heard of this server for too long, so another one has it"
             );
         }
         // The revision first, since it keeps whoever publishes the same revision waiting until this is done.

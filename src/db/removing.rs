@@ -53,7 +53,23 @@ mod tests {
     use sqlx::Executor;
 
     use super::*;
-    use crate::db::{Keeping, NewJob};
+    use crate::db::{Claim, Keeping, KeptDoor, KeptMover, NewJob};
+
+    fn kept(object: u32) -> (KeptMover, KeptDoor) {
+        let object = belvedere_scene::ObjectId(object);
+        let mover = KeptMover {
+            object,
+            token: "t".into(),
+            mover: "{}".into(),
+            pose: None,
+        };
+        let door = KeptDoor {
+            object,
+            bounds: "{}".into(),
+            open: true,
+        };
+        (mover, door)
+    }
 
     #[tokio::test]
     async fn all_of_a_scene_goes_and_nothing_of_another_one() {
@@ -99,6 +115,31 @@ mod tests {
              + (SELECT count(*) FROM kept_movers) + (SELECT count(*) FROM kept_doors)";
         let left: i64 = sqlx::query_scalar(counts).fetch_one(&catalogue.pool).await.unwrap();
         assert_eq!(left, 6, "all of the hall");
+        // Neither the worker that bakes it nor a server that runs brings anything of it back.
+        let claim = Claim {
+            job: "a1".into(),
+            worker: "w".into(),
+        };
+        let mut tx = catalogue.transaction().await.unwrap();
+        assert!(!claim.hold(&mut tx).await.unwrap());
+        drop(tx);
+        assert!(
+            catalogue
+                .end_job(("a1", "w"), "failed", Some("{}"), None)
+                .await
+                .unwrap()
+        );
+        assert_eq!(catalogue.job("a1").await.unwrap().unwrap().state, "cancelled");
+        let (mover, door) = kept(9);
+        let revision = "1".repeat(16).parse().unwrap();
+        assert!(!catalogue.keep_mover(&town, &mover).await.unwrap());
+        catalogue.keep_door(&town, revision, &door).await.unwrap();
+        let left: i64 = sqlx::query_scalar(counts).fetch_one(&catalogue.pool).await.unwrap();
+        assert_eq!(left, 6);
+        assert!(catalogue.keep_mover(&hall, &mover).await.unwrap());
+        catalogue.keep_door(&hall, revision, &door).await.unwrap();
+        let left: i64 = sqlx::query_scalar(counts).fetch_one(&catalogue.pool).await.unwrap();
+        assert_eq!(left, 8, "what is published keeps them");
         assert_eq!(catalogue.job("a3").await.unwrap().unwrap().state, "queued");
     }
 }

@@ -14,7 +14,7 @@ use bytes::Bytes;
 
 use super::{
     AppState, around,
-    blob_body::{BlobBody, Keep, Pieces},
+    blob_body::{BlobBody, Keeping, Pieces},
     conditional::{self, Verdict},
     direct::head_lines,
     error::ApiError,
@@ -24,11 +24,10 @@ use super::{
     rungs,
     visitor::Visitor,
 };
+use crate::store::BlobStore;
 
 /// To cut slices out of more than this would load the store.
 const MAX_READ_BYTES: u64 = 256 << 20;
-/// What is no longer is copied rather than shared with the blob's other readers.
-const COPIED_BYTES: usize = 16 << 10;
 /// A tag tells versions of one address apart (RFC 9110 §8.8.3). Of a bundle there is one, in this format.
 const ETAG: &str = "\"bvbn-1\"";
 const _: () = assert!(bundle::VERSION == 1, "the tag is that of version 1");
@@ -51,10 +50,9 @@ fn members(text: &str) -> Result<Vec<Member>, ApiError> {
     bundle::members(text).map_err(|cause| ApiError::bad_request(cause.to_string()))
 }
 
-/// The parts of a bundle that are there so far.
+/// What is known of a bundle so far.
 struct Gathered {
     head: bundle::Head,
-    pieces: Pieces,
     read: u64,
 }
 
@@ -62,50 +60,32 @@ impl Gathered {
     fn new(members: usize) -> Self {
         Self {
             head: bundle::Head::of(members),
-            pieces: Pieces::with_capacity(1 + members),
             read: 0,
         }
     }
 
-    fn add(&mut self, member: &Member, identity: &Bytes) -> Result<(), ApiError> {
-        let whole = identity.len();
-        self.read += whole as u64;
+    /// Takes up a member; says which bytes it is.
+    fn add(&mut self, member: &Member, identity: &Bytes) -> Result<Range<usize>, ApiError> {
+        self.read += identity.len() as u64;
         if self.read > MAX_READ_BYTES {
             return Err(ApiError::bad_request(format!(
                 "the objects that a bundle is cut from have at most {MAX_READ_BYTES} bytes together; ask for fewer at once"
             )));
         }
         let part = part(member, identity)?;
-        let bytes = part.len();
         self.head
-            .add(bytes as u64)
+            .add(part.len() as u64)
             .map_err(|cause| ApiError::bad_request(cause.to_string()))?;
-        // A part of a blob shall not keep the blob in memory as long as somebody reads it, unless it is most of it.
-        let keep = if bytes <= COPIED_BYTES || bytes < whole / 2 {
-            Keep::Copied
-        } else {
-            Keep::Shared
-        };
-        self.pieces.push(identity, part, keep);
-        Ok(())
+        Ok(part)
     }
 
-    /// The answer with all of them.
-    fn answer(mut self, method: &Method, fields: &impl Fields) -> Result<Bundle, ApiError> {
-        let length = match conditional::evaluate(fields, ETAG.as_bytes()) {
-            Verdict::Failed => return Err(ApiError::PreconditionFailed),
-            Verdict::NotModified => None,
-            Verdict::Proceed => Some(self.head.answer_bytes()),
-        };
-        if length.is_none() || *method == Method::HEAD {
-            self.pieces = Pieces::default();
-        } else {
-            self.pieces.begin_with(self.head.into_bytes().into());
+    /// How long the answer is; none when the client has it.
+    fn length(&self, fields: &impl Fields) -> Result<Option<u64>, ApiError> {
+        match conditional::evaluate(fields, ETAG.as_bytes()) {
+            Verdict::Failed => Err(ApiError::PreconditionFailed),
+            Verdict::NotModified => Ok(None),
+            Verdict::Proceed => Ok(Some(self.head.answer_bytes())),
         }
-        Ok(Bundle {
-            length,
-            pieces: self.pieces,
-        })
     }
 }
 
@@ -119,7 +99,7 @@ pub(super) struct Bundle {
 
 impl Bundle {
     pub(super) fn status(&self) -> StatusCode {
-        self.length.map_or(StatusCode::NOT_MODIFIED, |_| StatusCode::OK)
+        status(self.length)
     }
 
     /// The first lines of its head as HTTP/1.1 writes them, without its length.
@@ -133,16 +113,24 @@ impl Bundle {
         }
     }
 
-    pub(super) fn response(self) -> Response<BlobBody> {
-        let status = self.status();
-        let mut headers = head(status);
-        if let Some(length) = self.length {
-            headers.insert(header::CONTENT_LENGTH, length.into());
-        }
-        let mut response = Response::new(self.pieces.kept());
-        (*response.status_mut(), *response.headers_mut()) = (status, headers);
-        response
+    pub(super) fn response(self, blobs: &BlobStore) -> Response<BlobBody> {
+        respond(self.length, self.pieces.kept(blobs))
     }
+}
+
+fn status(length: Option<u64>) -> StatusCode {
+    length.map_or(StatusCode::NOT_MODIFIED, |_| StatusCode::OK)
+}
+
+fn respond(length: Option<u64>, body: BlobBody) -> Response<BlobBody> {
+    let status = status(length);
+    let mut headers = head(status);
+    if let Some(length) = length {
+        headers.insert(header::CONTENT_LENGTH, length.into());
+    }
+    let mut response = Response::new(body);
+    (*response.status_mut(), *response.headers_mut()) = (status, headers);
+    response
 }
 
 /// What all bundles say of themselves.
@@ -166,16 +154,22 @@ pub(super) async fn bundle(
 ) -> Result<Response, ApiError> {
     let members = members(&text)?;
     let mut gathered = Gathered::new(members.len());
+    // The next member may have to be waited for.
+    let mut body = Keeping::new(visitor.blobs());
     for member in members {
         let blob = member.blob();
         let identity = visitor.identity(&blob).await?;
         let identity = identity.ok_or_else(|| ApiError::NotFound(format!("object `{blob}`")))?;
-        gathered.add(&member, &identity)?;
-        // The next one may have to be waited for.
-        gathered.pieces.let_go();
+        let part = gathered.add(&member, &identity)?;
+        body.add(&blob, 0, &identity, part);
     }
-    let bundle = gathered.answer(&method, &headers)?;
-    Ok(bundle.response().map(Body::new))
+    let length = gathered.length(&headers)?;
+    let body = if length.is_none() || method == Method::HEAD {
+        BlobBody::default()
+    } else {
+        body.done_after(gathered.head.into_bytes().into())
+    };
+    Ok(respond(length, body).map(Body::new))
 }
 
 /// The same without waiting, when all members are public and in memory and nothing about the request needs an explanation.
@@ -194,6 +188,7 @@ pub(super) fn bundle_in_memory(
     }
     let members = bundle::members(text).ok()?;
     let mut gathered = Gathered::new(members.len());
+    let mut pieces = Pieces::with_capacity(1 + members.len());
     // Members often come from one blob.
     let mut last = None;
     for member in members {
@@ -205,8 +200,15 @@ pub(super) fn bundle_in_memory(
                 .is_public(&blob)
                 .then(|| state.blobs.in_memory(&blob))??,
         };
-        gathered.add(&member, &identity).ok()?;
+        let part = gathered.add(&member, &identity).ok()?;
+        pieces.push(&blob, 0, &identity, part);
         last = Some((blob, identity));
     }
-    gathered.answer(method, fields).ok()
+    let length = gathered.length(fields).ok()?;
+    if length.is_none() || *method == Method::HEAD {
+        pieces = Pieces::default();
+    } else {
+        pieces.begin_with(gathered.head.into_bytes().into());
+    }
+    Some(Bundle { length, pieces })
 }

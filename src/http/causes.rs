@@ -46,6 +46,10 @@ impl From<LiveError> for ApiError {
                 // Whole seconds are all that the header can say.
                 retry_s: retry_ms.unsigned_abs().div_ceil(1000).max(1),
             },
+            LiveError::Crowded { .. } => Self::Flooded {
+                detail: error.to_string(),
+                retry_s: 10,
+            },
             LiveError::Full { .. } => Self::Full(error.to_string()),
             LiveError::Behind | LiveError::Unreadable => Self::Unavailable(error.into()),
             LiveError::Moved { current } => Self::RevisionMoved { current },

@@ -110,7 +110,7 @@ impl Front {
         let asked = (method, request.uri().path());
         let metrics = &self.0.state.metrics;
         if asked.1.starts_with(bundle::PATH) {
-            let response = self.bundle(asked, fields, peer)?.response();
+            let response = self.bundle(asked, fields, peer)?.response(&self.0.state.blobs);
             metrics.bundle(response.status(), response.body().len(), started.elapsed());
             return Some(response);
         }
@@ -128,7 +128,7 @@ impl Front {
         let started = Instant::now();
         let asked = (&simple.method, simple.target);
         if simple.target.starts_with(bundle::PATH) {
-            let ready = Ready::bundle(self.bundle(asked, &simple.fields, peer)?, started);
+            let ready = Ready::bundle(&self.0.state.blobs, self.bundle(asked, &simple.fields, peer)?, started);
             let metrics = &self.0.state.metrics;
             metrics.bundle(ready.status, ready.body_bytes(), started.elapsed());
             return Some(answer(ready));

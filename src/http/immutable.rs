@@ -4,7 +4,7 @@
 //! identity; everything else is negotiated. One [`BlobResponse`] serves `/o/{name}` and, with a shorter life and a
 //! `Content-Location`, routes whose answer is such an object.
 
-use std::{collections::VecDeque, ops::Range, sync::Arc};
+use std::{ops::Range, sync::Arc};
 
 use axum::{
     body::Body,
@@ -16,7 +16,7 @@ use bytes::Bytes;
 
 use super::{
     AppState,
-    blob_body::BlobBody,
+    blob_body::{BlobBody, Part as BodyPart, Pieces, Source},
     conditional::{self, Verdict},
     error::ApiError,
     extract::Path,
@@ -48,20 +48,25 @@ pub(super) async fn object(
     let Some(rung) = rung else {
         let forms = visitor.blob(&blob, wished(&headers)).await?.ok_or_else(unknown)?;
         let object = BlobResponse {
+            blobs: visitor.blobs(),
             name: &blob,
             forms: &forms,
+            from: 0,
             life: Life::Immutable,
         };
-        return object.answer(visitor.blobs(), &forms, &method, &headers).await;
+        return object.answer(&forms, &method, &headers).await;
     };
     let whole = visitor.identity(&blob).await?.ok_or_else(unknown)?;
-    let cut = Arc::new(rungs::cut(rung, &whole)?);
+    let (from, cut) = rungs::cut(rung, &whole)?;
+    let cut = Arc::new(cut);
     let object = BlobResponse {
+        blobs: visitor.blobs(),
         name: &blob,
         forms: &cut,
+        from,
         life: Life::Immutable,
     };
-    object.answer(visitor.blobs(), &cut, &method, &headers).await
+    object.answer(&cut, &method, &headers).await
 }
 
 /// The same without waiting, when the object is public and in memory, or at hand, and nothing about the request needs an explanation.
@@ -97,9 +102,12 @@ pub(super) fn object_now<A>(
         Some(rung) => Some(rungs::cut(rung, &forms.of(None)?.bytes).ok()?),
         None => None,
     };
+    let (from, forms) = cut.as_ref().map_or((0, &*forms), |(from, cut)| (*from, cut));
     let object = BlobResponse {
+        blobs,
         name: &blob,
-        forms: cut.as_ref().unwrap_or(&forms),
+        forms,
+        from,
         life: Life::Immutable,
     };
     let chosen = loop {
@@ -139,8 +147,11 @@ pub(super) const IMMUTABLE: HeaderValue = HeaderValue::from_static(media::FOR_EV
 /// A blob and how it is to be sent.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BlobResponse<'a> {
+    pub(super) blobs: &'a BlobStore,
     pub(super) name: &'a BlobName,
     pub(super) forms: &'a Representations,
+    /// Where their bytes begin in what is stored.
+    pub(super) from: usize,
     pub(super) life: Life,
 }
 
@@ -148,6 +159,7 @@ pub(super) struct BlobResponse<'a> {
 #[derive(Debug)]
 pub(super) struct Chosen<'a> {
     pub(super) form: &'a Representation,
+    pub(super) coding: Option<Coding>,
     pub(super) heads: &'a Heads,
     pub(super) part: Part,
 }
@@ -166,13 +178,13 @@ pub(super) enum Part {
     Unchanged,
 }
 
-impl BlobResponse<'_> {
+impl<'a> BlobResponse<'a> {
     /// What a GET or HEAD gets, if the form that it is made of is in memory.
     pub(super) fn choose(
         &self,
         method: &Method,
         fields: &impl Fields,
-    ) -> Result<Result<Chosen<'_>, NotInMemory>, ApiError> {
+    ) -> Result<Result<Chosen<'a>, NotInMemory>, ApiError> {
         // A range means the identity, and HEAD has none (RFC 9110 §14.2).
         let (asked, len) = if method == Method::GET && fields.has(&header::RANGE) && negotiate::takes_identity(fields) {
             let Some(identity) = self.forms.of(None) else {
@@ -215,13 +227,17 @@ impl BlobResponse<'_> {
                 return Err(ApiError::RangeNotSatisfiable { len, varies });
             }
         };
-        Ok(Ok(Chosen { form, heads, part }))
+        Ok(Ok(Chosen {
+            form,
+            coding,
+            heads,
+            part,
+        }))
     }
 
     /// Answers a GET or HEAD with the form that is chosen of these, which is read for it.
     pub(super) async fn answer(
         &self,
-        blobs: &BlobStore,
         forms: &Arc<Representations>,
         method: &Method,
         fields: &HeaderMap,
@@ -230,7 +246,7 @@ impl BlobResponse<'_> {
             match self.choose(method, fields)? {
                 Ok(chosen) => return Ok(self.respond(method, &chosen).map(Body::new)),
                 // One that proves damaged is not chosen again.
-                Err(NotInMemory(coding)) => match blobs.load(self.name, forms, coding).await {
+                Err(NotInMemory(coding)) => match self.blobs.load(self.name, forms, coding).await {
                     Err(StoreError::Missing(name)) => return Err(ApiError::NotFound(format!("object `{name}`"))),
                     loaded => loaded?,
                 },
@@ -240,12 +256,19 @@ impl BlobResponse<'_> {
 
     /// The answer with what was chosen.
     pub(super) fn respond(&self, method: &Method, chosen: &Chosen) -> Response<BlobBody> {
-        let Chosen { form, heads, part } = chosen;
+        let Chosen { form, heads, part, .. } = chosen;
+        let body = |range| BlobBody::One(BodyPart::of(self.source(chosen), &form.bytes, range));
         let mut response = match part {
             Part::Unchanged => respond(StatusCode::NOT_MODIFIED, heads.unchanged().clone(), BlobBody::default()),
-            Part::Whole => respond(StatusCode::OK, heads.whole().clone(), BlobBody::One(form.bytes.clone())),
-            Part::One(slice) => slice_of(form, heads, slice),
-            Part::Many(slices) => self.slices(form, heads, slices),
+            Part::Whole => respond(StatusCode::OK, heads.whole().clone(), body(0..form.bytes.len())),
+            Part::One(slice) => {
+                let body = body(slice.start as usize..slice.end as usize);
+                respond(StatusCode::PARTIAL_CONTENT, slice_head(form, heads, slice), body)
+            }
+            Part::Many(slices) => {
+                let (headers, pieces) = self.slices(form, heads, slices);
+                respond(StatusCode::PARTIAL_CONTENT, headers, pieces.kept(self.blobs))
+            }
         };
         if self.life == Life::Current {
             let headers = response.headers_mut();
@@ -259,40 +282,54 @@ impl BlobResponse<'_> {
         response
     }
 
-    fn slices(&self, form: &Representation, heads: &Heads, slices: &[Range<u64>]) -> Response<BlobBody> {
+    /// Where the bytes of what was chosen lie.
+    pub(super) fn source(&self, chosen: &Chosen) -> Source<'a> {
+        Source {
+            blobs: self.blobs,
+            name: self.name,
+            coding: chosen.coding,
+            from: self.from,
+        }
+    }
+
+    /// The head and the pieces of an answer with many slices.
+    pub(super) fn slices(&self, form: &Representation, heads: &Heads, slices: &[Range<u64>]) -> (HeaderMap, Pieces) {
         // Derived from the content's own hash, which nothing can contain but by breaking SHA-256.
         let boundary = format!("belvedere-{}", &self.name.hash().to_string()[..40]);
         let media_type = media::kind(self.name.ext());
-        let mut parts = VecDeque::with_capacity(2 * slices.len() + 1);
+        let mut pieces = Pieces::with_capacity(2 * slices.len() + 1);
         for (i, slice) in slices.iter().enumerate() {
             let line_end = if i == 0 { "" } else { "\r\n" };
             let range = content_range(slice, form.bytes.len());
             let head =
                 format!("{line_end}--{boundary}\r\nContent-Type: {media_type}\r\nContent-Range: {range}\r\n\r\n");
-            parts.push_back(Bytes::from(head));
-            parts.push_back(form.bytes.slice(slice.start as usize..slice.end as usize));
+            pieces.push_own(Bytes::from(head));
+            pieces.push(
+                self.name,
+                self.from,
+                &form.bytes,
+                slice.start as usize..slice.end as usize,
+            );
         }
-        parts.push_back(format!("\r\n--{boundary}--\r\n").into());
-        let body = BlobBody::Many(parts);
+        pieces.push_own(format!("\r\n--{boundary}--\r\n").into());
         let mut headers = heads.whole().clone();
         let content_type = HeaderValue::try_from(format!("multipart/byteranges; boundary={boundary}"));
         headers.insert(
             header::CONTENT_TYPE,
             content_type.expect("a boundary is letters and digits"),
         );
-        headers.insert(header::CONTENT_LENGTH, body.len().into());
-        respond(StatusCode::PARTIAL_CONTENT, headers, body)
+        headers.insert(header::CONTENT_LENGTH, pieces.len().into());
+        (headers, pieces)
     }
 }
 
-fn slice_of(form: &Representation, heads: &Heads, slice: &Range<u64>) -> Response<BlobBody> {
+fn slice_head(form: &Representation, heads: &Heads, slice: &Range<u64>) -> HeaderMap {
     let mut headers = heads.whole().clone();
     let content_range = content_range(slice, form.bytes.len());
     let content_range = HeaderValue::try_from(content_range).expect("digits and punctuation");
     headers.insert(header::CONTENT_RANGE, content_range);
     headers.insert(header::CONTENT_LENGTH, (slice.end - slice.start).into());
-    let body = BlobBody::One(form.bytes.slice(slice.start as usize..slice.end as usize));
-    respond(StatusCode::PARTIAL_CONTENT, headers, body)
+    headers
 }
 
 /// Answers with a small mutable document: a pointer, a list, the result of a query.

@@ -58,6 +58,7 @@ struct Inner {
     variants_damaged: Counter,
     blobs_missing: Counter,
     cache_bytes: Gauge,
+    lent_bytes: Gauge,
     connections: Gauge,
     connections_refused: Counter,
     catalogue_up: Gauge,
@@ -121,6 +122,7 @@ impl Metrics {
         let sent_bytes = SpreadCounter::default();
         let (cache_hits, cache_misses, variants_damaged) = (Counter::default(), Counter::default(), Counter::default());
         let (cache_bytes, connections, catalogue_up) = (Gauge::default(), Gauge::default(), Gauge::default());
+        let lent_bytes = Gauge::default();
         let (connections_refused, blobs_missing) = (Counter::default(), Counter::default());
         registry.register(
             "http_requests",
@@ -151,6 +153,11 @@ impl Metrics {
             blobs_missing.clone(),
         );
         registry.register("blob_cache_bytes", "Bytes of blobs in memory", cache_bytes.clone());
+        registry.register(
+            "blob_lent_bytes",
+            "Bytes of blobs that readers hold beside those, of what they have still to get",
+            lent_bytes.clone(),
+        );
         registry.register("http_connections", "Open connections", connections.clone());
         registry.register(
             "http_connections_refused",
@@ -195,6 +202,7 @@ impl Metrics {
                 variants_damaged,
                 blobs_missing,
                 cache_bytes,
+                lent_bytes,
                 connections,
                 connections_refused,
                 catalogue_up,
@@ -283,6 +291,9 @@ pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
         .inner()
         .store(state.missing.found(), Ordering::Relaxed);
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
+    inner
+        .lent_bytes
+        .set(i64::try_from(cache.lent_bytes).unwrap_or(i64::MAX));
     let up = state.publications.up_to_date() && state.catalogue.try_writing();
     inner.catalogue_up.set(up.into());
     let live = state.live.counts();

@@ -197,11 +197,13 @@ async fn blob(blobs: &BlobStore, name: &BlobName, method: &Method, headers: &Hea
     let forms = blobs.forms(name, immutable::wished(headers)).await?;
     let forms = forms.ok_or_else(|| ReadError::Missing(name.clone()))?;
     let object = BlobResponse {
+        blobs,
         name,
         forms: &forms,
+        from: 0,
         life: Life::Current,
     };
-    object.answer(blobs, &forms, method, headers).await
+    object.answer(&forms, method, headers).await
 }
 
 fn json<T: Serialize>(headers: &HeaderMap, published: &Published, answer: &T) -> Result<Response, ApiError> {

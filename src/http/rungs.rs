@@ -9,14 +9,15 @@ use bytes::Bytes;
 use super::error::ApiError;
 use crate::store::{Representation, Representations};
 
-/// A rung as an object without encoded forms; `whole` is the stored stream.
+/// A rung as an object without encoded forms, and where it begins in the stored stream, which is `whole`.
 ///
 /// # Errors
 /// When the stream has fewer rungs, or is none.
-pub(super) fn cut(rung: RungName, whole: &Bytes) -> Result<Representations, ApiError> {
-    let bytes = whole.slice(part(rung, whole)?);
+pub(super) fn cut(rung: RungName, whole: &Bytes) -> Result<(usize, Representations), ApiError> {
+    let part = part(rung, whole)?;
+    let (from, bytes) = (part.start, whole.slice(part));
     let etag = format!("\"{}-r{}\"", rung.hash, rung.number);
-    Ok(Representations::alone(Representation::new(bytes, etag.into())))
+    Ok((from, Representations::alone(Representation::new(bytes, etag.into()))))
 }
 
 /// Where a rung lies in the stored stream.

@@ -4,7 +4,7 @@
 //! home lives it is not for this server; when that is gone, whoever is asked first takes it up under the same name, and
 //! whoever listens is told all anew.
 
-use std::sync::atomic::Ordering;
+use std::{net::IpAddr, sync::atomic::Ordering};
 
 use belvedere_live::{event::SessionId, world::Visitor};
 use belvedere_scene::SceneName;
@@ -37,16 +37,23 @@ impl Turns {
 }
 
 impl Live {
-    /// Opens a session, which hears of static objects too if it wants.
+    /// Opens a session for somebody at this address, if that is known, which hears of static objects too if it wants.
     ///
     /// # Errors
     /// When there is no room, or the rules refuse it.
-    pub async fn open(&self, scene: &SceneName, visitor: Visitor, with_statics: bool) -> Result<Opened, LiveError> {
+    pub async fn open(
+        &self,
+        scene: &SceneName,
+        visitor: Visitor,
+        with_statics: bool,
+        from: Option<IpAddr>,
+    ) -> Result<Opened, LiveError> {
         // Ids are never used again: whoever finds no room takes none.
-        self.0.registry.check_room(self.0.settings.sessions)?;
+        let room = self.0.registry.check_room(from, &self.0.settings);
+        self.count_crowded(room)?;
         let session = session_of(self.0.ids.draw().await?);
         let line = ledger::line(session, scene, &visitor, with_statics);
-        let opened = self.let_in(session, scene, visitor, (with_statics, 0)).await?;
+        let opened = self.let_in(session, scene, visitor, (with_statics, 0), from).await?;
         self.0.ledger.open(session, line);
         Ok(opened)
     }
@@ -90,7 +97,7 @@ impl Live {
         if let Some(entry) = self.0.registry.session(session) {
             return Ok(entry);
         }
-        self.0.registry.check_room(self.0.settings.sessions)?;
+        self.0.registry.check_room(None, &self.0.settings)?;
         let (visitor, stand) = ledger::visitor(&line).map_err(LiveError::Unkept)?;
         let taking = Taking {
             session: session.0,
@@ -102,7 +109,7 @@ impl Live {
         let (scene, statics) = (line.kept.scene.clone(), line.kept.statics);
         ledger.hold(session, line.kept, stand);
         let visitor = visitor.standing(stand);
-        match self.let_in(session, &scene, visitor, (statics, taken)).await {
+        match self.let_in(session, &scene, visitor, (statics, taken), None).await {
             Ok(_) => {}
             Err(LiveError::Refused(refusal)) => {
                 tracing::info!(%session, %refusal, "a session has no place any more");
@@ -125,11 +132,15 @@ impl Live {
         scene: &SceneName,
         visitor: Visitor,
         (with_statics, taken): (bool, u64),
+        from: Option<IpAddr>,
     ) -> Result<Opened, LiveError> {
         let object = avatar_of(session).ok_or_else(|| no_session(session))?;
         let (stage, token) = (self.stage(scene), self.0.signet.token(session));
-        let most = self.0.settings.sessions;
-        let entry = self.0.registry.new_session(&stage, (session, token), taken, most)?;
+        let entry = self
+            .0
+            .registry
+            .new_session(&stage, (session, token), taken, from, &self.0.settings);
+        let entry = self.count_crowded(entry)?;
         let mut newcomer = Newcomer::new(self, &stage, Who::Session(session));
         let message = |reply| {
             Message::Step(Step::Enter(Box::new(Entry {

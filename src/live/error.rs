@@ -62,6 +62,17 @@ pub enum LiveError {
         /// How many there may be.
         most: usize,
     },
+    /// One address has its share.
+    #[error(
+        "this address has {most} {what} here already, as many as one may; end some, or come again when they have ended. Behind a \
+         proxy all visitors have its address: let the server's settings give it all"
+    )]
+    Crowded {
+        /// Of what.
+        what: &'static str,
+        /// How many there may be of one address.
+        most: usize,
+    },
     /// The server is about to stop, or the scene cannot be read.
     #[error("the scene's live part is not running")]
     Stopped,

@@ -140,7 +140,7 @@ struct Writing {
     moved: BTreeMap<ObjectId, Sent>,
 }
 
-/// Keeps a mover; says whether its id was free.
+/// Keeps a mover; says whether its id was free, and its scene is published still.
 pub(super) async fn keep_mover(
     catalogue: &Catalogue,
     scene: &SceneName,
@@ -295,6 +295,7 @@ mod tests {
             mover: "{}".into(),
             pose: None,
         };
+        catalogue.publish_nothing(&scene).await;
         assert!(catalogue.keep_mover(&scene, &kept).await.unwrap());
         let file = format!("sqlite:{}", data.path().join(FILE_NAME).display());
         let mut beside = SqliteConnection::connect(&file).await.unwrap();

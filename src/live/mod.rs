@@ -40,12 +40,14 @@ mod screens;
 mod sending;
 mod session;
 mod settings;
+mod shares;
 mod stage;
 mod statics;
 mod terrain;
 mod together;
 mod token;
 
+use std::net::IpAddr;
 use std::sync::{
     Arc,
     atomic::{AtomicU64, Ordering},
@@ -126,6 +128,7 @@ struct Tally {
     expired: AtomicU64,
     taken_up: AtomicU64,
     unscreened: AtomicU64,
+    crowded: AtomicU64,
 }
 
 /// Readers that were told everything anew, by why.
@@ -169,6 +172,8 @@ pub struct LiveCounts {
     pub taken_up: u64,
     /// Questions what closed doors hide that had no answer, since what hides cannot be read.
     pub unscreened: u64,
+    /// Sessions and movers that were refused, since their address had its share.
+    pub crowded: u64,
     /// What participants see of what there is to see, as far as they say it.
     pub quality: Quality,
     /// How it stands with other nodes, where there may be some.
@@ -245,6 +250,7 @@ impl Live {
             expired: tally.expired.load(Ordering::Relaxed),
             taken_up: tally.taken_up.load(Ordering::Relaxed),
             unscreened: tally.unscreened.load(Ordering::Relaxed),
+            crowded: tally.crowded.load(Ordering::Relaxed),
             nodes: self.0.sources.nodes.as_ref().map(Nodes::counts),
         }
     }
@@ -273,6 +279,7 @@ impl Live {
         new: NewMover,
         stays: bool,
         token: Option<Token>,
+        from: Option<IpAddr>,
     ) -> Result<(Moved, Token), LiveError> {
         let settings = &self.0.settings;
         if let (true, Some(operator)) = (stays, settings.operator) {
@@ -281,13 +288,20 @@ impl Live {
                 "the operator, who alone makes persistent movers here".to_owned()
             })?;
         }
-        let token = token.filter(|_| !self.is_operator(token));
+        let is_operator = self.is_operator(token);
+        let token = token.filter(|_| !is_operator);
         let stage = self.stage(scene);
         let owner = token
             .map(|token| self.0.registry.session_of(&stage, token))
             .transpose()?;
         let object = self.0.ids.draw().await?;
-        let token = self.0.registry.new_mover(&stage, (object, token), stays, settings)?;
+        // The operator answers for itself.
+        let from = from.filter(|_| !is_operator);
+        let token = self
+            .0
+            .registry
+            .new_mover(&stage, (object, token), stays, from, settings);
+        let token = self.count_crowded(token)?;
         let mut newcomer = Newcomer::new(self, &stage, Who::Mover(object, stays.then_some(token)));
         let kept = stays.then(|| new.clone());
         let message = |reply| Message::Create {
@@ -301,11 +315,20 @@ impl Live {
         if let Some(new) = kept {
             let kept = keeping::keep_mover(&self.0.sources.catalogue, scene, (object, token), &new).await;
             if !kept.map_err(LiveError::Unkept)? {
-                return Err(LiveError::Unkept(anyhow::anyhow!("the id {object} was drawn twice")));
+                let cause = anyhow::anyhow!("the id {object} was drawn twice, or the scene was removed meanwhile");
+                return Err(LiveError::Unkept(cause));
             }
         }
         newcomer.stay();
         Ok((moved, token))
+    }
+
+    /// Counts whoever is refused since its address has its share.
+    fn count_crowded<T>(&self, entered: Result<T, LiveError>) -> Result<T, LiveError> {
+        if matches!(entered, Err(LiveError::Crowded { .. })) {
+            self.0.tally.crowded.fetch_add(1, Ordering::Relaxed);
+        }
+        entered
     }
 
     fn is_operator(&self, token: Option<Token>) -> bool {

@@ -2,6 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    net::IpAddr,
     sync::{Arc, Mutex, MutexGuard},
     time::{Duration, Instant},
 };
@@ -18,6 +19,7 @@ use super::{
     message::StageHandle,
     outbox::Outbox,
     quality::{Quality, Reported},
+    shares::{Good, Shares},
     token::Token,
 };
 
@@ -55,8 +57,7 @@ struct Tables {
     stages: BTreeMap<SceneName, StageHandle>,
     sessions: BTreeMap<SessionId, SessionEntry>,
     movers: BTreeMap<ObjectId, MoverEntry>,
-    /// Movers that outlive the server.
-    staying: usize,
+    shares: Shares,
     /// Who has a token: looked up for every door, by whoever shows any.
     sessions_by_token: BTreeMap<Token, SessionId>,
     movers_by_token: BTreeMap<Token, BTreeSet<ObjectId>>,
@@ -69,6 +70,8 @@ pub(super) struct SessionEntry {
     pub(super) stage: StageHandle,
     pub(super) outbox: Arc<Outbox>,
     pub(super) quality: Arc<Reported>,
+    /// Whose share it is of.
+    from: Option<IpAddr>,
 }
 
 #[derive(Debug)]
@@ -77,6 +80,8 @@ struct MoverEntry {
     stage: StageHandle,
     /// It outlives the server.
     stays: bool,
+    /// Whose share it is of.
+    from: Option<IpAddr>,
     /// When its token was shown last.
     heard: Instant,
 }
@@ -89,10 +94,16 @@ fn no_mover(object: ObjectId) -> LiveError {
 }
 
 impl Tables {
-    fn add_mover(&mut self, object: ObjectId, token: Token, stage: &StageHandle, stays: bool) {
+    fn add_mover(
+        &mut self,
+        (object, token): (ObjectId, Token),
+        stage: &StageHandle,
+        stays: bool,
+        from: Option<IpAddr>,
+    ) {
         let (stage, heard) = (stage.clone(), Instant::now());
         self.remove_mover(object);
-        self.staying += usize::from(stays);
+        goods(stays).for_each(|good| self.shares.add(good, from));
         self.movers_by_token.entry(token).or_default().insert(object);
         self.movers.insert(
             object,
@@ -100,6 +111,7 @@ impl Tables {
                 token,
                 stage,
                 stays,
+                from,
                 heard,
             },
         );
@@ -109,7 +121,7 @@ impl Tables {
         let Some(mover) = self.movers.remove(&object) else {
             return;
         };
-        self.staying -= usize::from(mover.stays);
+        goods(mover.stays).for_each(|good| self.shares.remove(good, mover.from));
         if let Some(same) = self.movers_by_token.get_mut(&mover.token) {
             same.remove(&object);
             if same.is_empty() {
@@ -119,6 +131,8 @@ impl Tables {
     }
 
     fn add_session(&mut self, entry: &SessionEntry) {
+        self.remove_session(entry.session);
+        self.shares.add(Good::Sessions, entry.from);
         self.sessions_by_token.insert(entry.token, entry.session);
         self.sessions.insert(entry.session, entry.clone());
     }
@@ -126,16 +140,8 @@ impl Tables {
     fn remove_session(&mut self, session: SessionId) {
         if let Some(entry) = self.sessions.remove(&session) {
             self.sessions_by_token.remove(&entry.token);
+            self.shares.remove(Good::Sessions, entry.from);
             entry.outbox.close();
-        }
-    }
-
-    fn check_room(&self, most: usize) -> Result<(), LiveError> {
-        let what = "sessions";
-        if self.sessions.len() < most {
-            Ok(())
-        } else {
-            Err(LiveError::Full { what, most })
         }
     }
 
@@ -143,6 +149,11 @@ impl Tables {
         let entry = self.sessions.get(self.sessions_by_token.get(&token)?)?;
         entry.stage.is(stage).then_some(entry.session)
     }
+}
+
+/// What a mover is one of.
+fn goods(stays: bool) -> impl Iterator<Item = Good> {
+    [Good::Movers].into_iter().chain(stays.then_some(Good::Staying))
 }
 
 impl Registry {
@@ -186,9 +197,9 @@ impl Registry {
             .collect()
     }
 
-    /// Whether another session may be opened.
-    pub(super) fn check_room(&self, most: usize) -> Result<(), LiveError> {
-        self.tables().check_room(most)
+    /// Whether another session may be opened from there.
+    pub(super) fn check_room(&self, from: Option<IpAddr>, settings: &LiveSettings) -> Result<(), LiveError> {
+        self.tables().shares.check(Good::Sessions, from, settings)
     }
 
     /// A new session, or one that has moved here and was `taken` up so often.
@@ -197,16 +208,18 @@ impl Registry {
         stage: &StageHandle,
         (session, token): (SessionId, Token),
         taken: u64,
-        most: usize,
+        from: Option<IpAddr>,
+        settings: &LiveSettings,
     ) -> Result<SessionEntry, LiveError> {
         let mut tables = self.tables();
-        tables.check_room(most)?;
+        tables.shares.check(Good::Sessions, from, settings)?;
         let entry = SessionEntry {
             session,
             token,
             stage: stage.clone(),
             outbox: Arc::new(stage.outbox(taken)),
             quality: Arc::default(),
+            from,
         };
         tables.add_session(&entry);
         Ok(entry)
@@ -250,19 +263,15 @@ impl Registry {
         stage: &StageHandle,
         (object, token): (ObjectId, Option<Token>),
         stays: bool,
+        from: Option<IpAddr>,
         settings: &LiveSettings,
     ) -> Result<Token, LiveError> {
         let token = token.map_or_else(Token::random, Ok)?;
         let mut tables = self.tables();
-        if tables.movers.len() >= settings.movers {
-            let (what, most) = ("movers", settings.movers);
-            return Err(LiveError::Full { what, most });
+        for good in goods(stays) {
+            tables.shares.check(good, from, settings)?;
         }
-        if stays && tables.staying >= settings.persistent {
-            let (what, most) = ("persistent movers", settings.persistent);
-            return Err(LiveError::Full { what, most });
-        }
-        tables.add_mover(object, token, stage, stays);
+        tables.add_mover((object, token), stage, stays, from);
         Ok(token)
     }
 
@@ -272,7 +281,7 @@ impl Registry {
         if let Some(known) = tables.movers.get(&object) {
             return known.token == token;
         }
-        tables.add_mover(object, token, stage, true);
+        tables.add_mover((object, token), stage, true, None);
         true
     }
 
@@ -340,8 +349,12 @@ mod tests {
         let registry = Registry::default();
         let (stage, _inbox) = StageHandle::new("row".parse().unwrap());
         let (token, mut let_in) = (Token::random().unwrap(), 0);
+        let settings = LiveSettings {
+            sessions: ROOM,
+            ..LiveSettings::default()
+        };
         for i in 0..1_000_000 {
-            let entered = registry.new_session(&stage, (SessionId(i), token), 0, ROOM);
+            let entered = registry.new_session(&stage, (SessionId(i), token), 0, None, &settings);
             match entered {
                 // Some do not wait for an answer: what was kept for them is given back.
                 Ok(entry) if i % 2 == 0 => registry.end_session(entry.session),
@@ -350,8 +363,10 @@ mod tests {
             }
         }
         assert_eq!((let_in, registry.tables().sessions.len()), (ROOM, ROOM));
-        assert!(registry.check_room(ROOM).is_err() && registry.check_room(ROOM + 1).is_ok());
+        assert!(registry.check_room(None, &settings).is_err());
+        assert!(registry.check_room(None, &LiveSettings::default()).is_ok());
     }
+
     #[test]
     fn a_token_is_known_where_and_as_long_as_somebody_has_it() {
         let registry = Registry::default();
@@ -360,13 +375,15 @@ mod tests {
         let settings = LiveSettings::default();
         let known = |stage, token| registry.anybody(stage, Some(token)).is_ok();
         for object in [1, 2] {
-            let new = registry.new_mover(&row, (ObjectId(object), Some(one)), false, &settings);
+            let new = registry.new_mover(&row, (ObjectId(object), Some(one)), false, None, &settings);
             new.unwrap();
         }
         registry
-            .new_mover(&hall, (ObjectId(3), Some(two)), true, &settings)
+            .new_mover(&hall, (ObjectId(3), Some(two)), true, None, &settings)
             .unwrap();
-        registry.new_session(&row, (SessionId(7), three), 0, 1).unwrap();
+        registry
+            .new_session(&row, (SessionId(7), three), 0, None, &settings)
+            .unwrap();
         assert!(known(&row, one) && known(&hall, two) && known(&row, three));
         assert!(!known(&hall, one) && !known(&row, two) && !known(&hall, three));
         registry.end_mover(ObjectId(1));
@@ -377,6 +394,6 @@ mod tests {
         registry.end_stage(&hall);
         assert!(!known(&hall, two));
         let tables = registry.tables();
-        assert!(tables.movers_by_token.is_empty() && tables.sessions_by_token.is_empty() && tables.staying == 0);
+        assert!(tables.movers_by_token.is_empty() && tables.sessions_by_token.is_empty());
     }
 }

@@ -11,10 +11,14 @@ use super::Token;
 pub struct LiveSettings {
     /// How many sessions may be open.
     pub sessions: usize,
+    /// How many of them one address may open.
+    pub sessions_of_an_address: usize,
     /// How many movers there may be, avatars not included.
     pub movers: usize,
     /// How many of these may outlive the server.
     pub persistent: usize,
+    /// Which share of either one address may make.
+    pub movers_of_an_address_percent: u8,
     /// Whose token makes movers that outlive the server; without one anybody may.
     pub operator: Option<Token>,
     /// A mover that does not outlive the server, and of which its sender says nothing, ends after this.
@@ -33,8 +37,10 @@ impl Default for LiveSettings {
     fn default() -> Self {
         Self {
             sessions: 5_000,
+            sessions_of_an_address: 2_500,
             movers: 100_000,
             persistent: 1_000,
+            movers_of_an_address_percent: 50,
             operator: None,
             mover_lease: Duration::from_secs(3_600),
             cull_below_percent: 0,

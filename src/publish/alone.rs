@@ -28,7 +28,7 @@ pub(super) async fn alone_in(folder: &Path) -> anyhow::Result<File> {
             .open(root.join(LOCK))?;
         match file.lock() {
             // Some file systems of other machines have no locks.
-            Err(error) if error.kind() == ErrorKind::Unsupported => {}
+            Err(error) if has_no_locks(&error) => {}
             locked => {
                 locked?;
                 remove_left(&root)?;
@@ -38,6 +38,15 @@ pub(super) async fn alone_in(folder: &Path) -> anyhow::Result<File> {
     };
     let waited = tokio::task::spawn_blocking(waiting).await?;
     waited.with_context(|| format!("cannot write into {} alone", folder.display()))
+}
+
+/// Whether the file system of a folder has no locks, or, of another machine, none that answer.
+pub(super) fn has_no_locks(error: &std::io::Error) -> bool {
+    #[cfg(unix)]
+    let not_there = error.raw_os_error() == Some(rustix::io::Errno::NOLCK.raw_os_error());
+    #[cfg(not(unix))]
+    let not_there = false;
+    not_there || error.kind() == ErrorKind::Unsupported
 }
 
 fn remove_left(root: &Path) -> std::io::Result<()> {

@@ -10,6 +10,7 @@ use anyhow::Context;
 use belvedere_scene::SceneName;
 use tokio::sync::Mutex;
 
+use super::alone::has_no_locks;
 use crate::{
     db::{Baked, BlobLock, Catalogue},
     folder,
@@ -134,7 +135,7 @@ impl DataFolder {
     /// Says that new blobs are being written that no revision names yet. Several bakes may hold it.
     pub(crate) async fn lock_for_writing(&self) -> anyhow::Result<DataLock> {
         let file = self.lock_file()?;
-        file.lock_shared().context("cannot lock the data folder")?;
+        file.lock_shared().map_err(|error| self.not_locked(error))?;
         Ok(DataLock {
             _file: file,
             everywhere: Everywhere::new(self.catalogue.lock_for_writing().await?),
@@ -161,7 +162,7 @@ impl DataFolder {
                 "something is being baked into {} right now; run gc again when it is done",
                 self.path.display()
             ),
-            Err(TryLockError::Error(cause)) => return Err(cause).context("cannot lock the data folder"),
+            Err(TryLockError::Error(cause)) => return Err(self.not_locked(cause)),
         }
         let everywhere = self.catalogue.lock_for_collecting().await?;
         let everywhere =
@@ -170,6 +171,16 @@ impl DataFolder {
             _file: file,
             everywhere: Everywhere::new(everywhere),
         })
+    }
+
+    fn not_locked(&self, error: std::io::Error) -> anyhow::Error {
+        let way_out = if has_no_locks(&error) {
+            ": its file system has no locks, as network folders may; put it on a disk of this machine, and the blobs into a bucket \
+             (`store`) where several machines share them"
+        } else {
+            ""
+        };
+        anyhow::Error::new(error).context(format!("cannot lock the data folder {}{way_out}", self.path.display()))
     }
 
     fn lock_file(&self) -> anyhow::Result<File> {

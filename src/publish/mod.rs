@@ -48,7 +48,7 @@ use crate::{
 };
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 27;
+const BAKE_VERSION: u32 = 28;
 
 /// So long a scene's name for people may be.
 pub(crate) const MOST_TITLE_BYTES: usize = 200;
@@ -142,11 +142,12 @@ pub(crate) async fn bake(
 ) -> anyhow::Result<Report> {
     let patience = Patience::new(progress.clone());
     let no_gc = patience.wait(|| data.lock_for_writing()).await?;
-    patience.wait(|| data.own_new_store()).await?;
+    let not_ours = patience.wait(|| data.own_new_store()).await?;
     let key = source_key(&request);
     if !request.again
-        && let Some(report) = patience.wait(|| unchanged(data, &request, &key)).await?
+        && let Some(mut report) = patience.wait(|| unchanged(data, &request, &key)).await?
     {
+        report.notes.extend(not_ours);
         return Ok(report);
     }
     let found = FoundFile::open(&data.bakes(), &request.scene);
@@ -161,6 +162,7 @@ pub(crate) async fn bake(
     };
     tokio::task::spawn_blocking(move || {
         let mut report = run(request, &publisher, &found, &progress, on_first.as_ref())?;
+        report.notes.extend(not_ours);
         report.notes.extend(
             found
                 .finish()

@@ -7,7 +7,10 @@ use anyhow::Context;
 use tokio::io::AsyncWriteExt;
 
 use super::alone::alone_in;
-use crate::store::{BlobStore, Bucket, BucketTree};
+use crate::{
+    db,
+    store::{BlobStore, Bucket, BucketTree},
+};
 
 /// Where a tree is written.
 #[derive(Debug)]
@@ -37,6 +40,24 @@ impl Target {
             Self::Folder(folder) => Ok(Some(alone_in(folder).await?)),
             Self::Bucket(..) => Ok(None),
         }
+    }
+
+    /// Fails where a catalogue's objects are: its `gc` removes what the tree needs and that catalogue does not.
+    pub(super) async fn is_no_store(&self) -> anyhow::Result<()> {
+        const WAY_OUT: &str = "publish into another place";
+        if let Self::Folder(folder) = self {
+            anyhow::ensure!(
+                !folder.join(db::FILE_NAME).exists(),
+                "{} is a data folder, whose `gc` would remove what the tree needs; {WAY_OUT}",
+                folder.display()
+            );
+        }
+        if let Some(owner) = self.open_store().await?.owner().await? {
+            anyhow::bail!(
+                "in {self} is the store of catalogue {owner}, whose `gc` would remove what the tree needs; {WAY_OUT}"
+            );
+        }
+        Ok(())
     }
 
     /// Where its blobs go.
@@ -116,4 +137,26 @@ async fn write_beside(path: &Path, bytes: &[u8]) -> anyhow::Result<(tokio::fs::F
     file.write_all(bytes).await.with_context(cannot)?;
     file.flush().await.with_context(cannot)?;
     Ok((file, half_done))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_tree_is_written_beside_no_catalogue() {
+        let place = tempfile::tempdir().unwrap();
+        let to = Target::new(place.path().to_str().unwrap(), None, false).unwrap();
+        to.is_no_store().await.unwrap();
+        let store = BlobStore::open_folder(place.path(), 0).await.unwrap();
+        to.is_no_store().await.unwrap();
+        store.give_to("c1").await.unwrap();
+        let told = to.is_no_store().await.unwrap_err().to_string();
+        assert!(told.contains("catalogue c1"), "{told}");
+        let data = tempfile::tempdir().unwrap();
+        std::fs::write(data.path().join(db::FILE_NAME), "").unwrap();
+        let to = Target::new(data.path().to_str().unwrap(), None, false).unwrap();
+        let told = to.is_no_store().await.unwrap_err().to_string();
+        assert!(told.contains("is a data folder"), "{told}");
+    }
 }

@@ -176,13 +176,20 @@ impl BlobStore {
             let (store, name) = (self.clone(), name.clone());
             return aside(move || store.look_in_folder(&name, wished)).await;
         }
-        match self.load_once(name, false).await {
+        let forms = match self.load_once(name, false).await {
             Err(Some(StoreError::Corrupt { .. } | StoreError::CorruptVariant { .. })) => {
                 tracing::warn!(%name, "a blob came damaged from the bucket; it is read again");
-                self.load_once(name, true).await
+                self.load_once(name, true).await?
             }
-            loaded => loaded,
+            loaded => loaded?,
+        };
+        for coding in [None].into_iter().chain(Coding::ALL.map(Some)) {
+            if let Some(form) = forms.of(coding) {
+                let with = |coding| forms.has(Some(coding));
+                self.inner.seals.add(name, coding, &form.bytes, with);
+            }
         }
+        Ok(forms)
     }
 
     fn look_in_folder(&self, name: &BlobName, wished: Option<Coding>) -> Result<Representations, Option<StoreError>> {
@@ -222,7 +229,7 @@ impl BlobStore {
         };
         let seals = &self.inner.seals;
         let seal = seals.of(name).and_then(|known| known.seal(coding));
-        if !seal.is_some_and(|seal| seals.holds(&seal, &bytes)) {
+        if !seal.as_ref().is_some_and(|seal| seals.holds(seal, &bytes)) {
             if seal.is_some() {
                 // What was known of it is not so any more.
                 seals.forget(name);
@@ -337,7 +344,7 @@ fn from_files(folder: &Path, name: &BlobName) -> Result<Option<Stored>, StoreErr
 }
 
 /// The file that holds a form.
-fn file_name(name: &BlobName, coding: Option<Coding>) -> String {
+pub(super) fn file_name(name: &BlobName, coding: Option<Coding>) -> String {
     match coding {
         None => name.to_string(),
         Some(coding) => format!("{name}.{}", coding.file_suffix()),

@@ -15,7 +15,8 @@
 //! variant is damaged, that is told once, in the log ([`StoreError::CorruptVariant`]), and the blob has one form less. Each form is
 //! checked when it is loaded, by itself, and loaded when it is asked for.
 //!
-//! **Limit.** A blob is held in memory as a whole while it is served, hence [`MAX_BLOB_BYTES`].
+//! **Limit.** A blob comes into memory as a whole, hence [`MAX_BLOB_BYTES`]. Whoever takes it slowly does not keep it there: what a
+//! reader has still to get is a [`Rest`].
 
 mod at_hand;
 mod bucket;
@@ -27,6 +28,7 @@ mod forms;
 mod loading;
 mod open;
 mod owner;
+mod rest;
 mod seals;
 mod sync;
 mod tree;
@@ -47,6 +49,7 @@ use bytes::Bytes;
 use futures_util::{TryStreamExt, future::try_join_all};
 use object_store::{ObjectStore, ObjectStoreExt, PutOptions, path::Path as Key};
 use quick_cache::sync::Cache;
+use tokio::runtime::Handle;
 
 pub use bucket::{Bucket, NoBucket, credentials};
 pub use coding::Coding;
@@ -56,6 +59,8 @@ use error::io;
 use forms::{ByBytes, Entry};
 pub use forms::{Derived, Representation, Representations};
 use loading::aside;
+use rest::Lent;
+pub use rest::Rest;
 use seals::Seals;
 pub use tree::BucketTree;
 pub use unfinished::Unfinished;
@@ -91,6 +96,8 @@ pub struct CacheUse {
     pub misses: u64,
     /// Bytes held.
     pub bytes: u64,
+    /// Bytes beside those, which readers hold of what they have still to get.
+    pub lent_bytes: u64,
     /// Variants that were found damaged, each once until it is written anew.
     pub damaged_variants: u64,
 }
@@ -114,6 +121,9 @@ struct Inner {
     folder: Option<Folder>,
     cache: Cache<BlobName, Entry, ByBytes>,
     seals: Seals,
+    lent: Lent,
+    /// Where rests are read: readers may be on runtimes that shall not wait for files.
+    runtime: Handle,
     hits: Spread<AtomicU64>,
     misses: AtomicU64,
     /// The keys of variants that were told to be damaged and not written anew since.
@@ -256,6 +266,7 @@ impl BlobStore {
             hits: self.inner.hits.sum(),
             misses: self.inner.misses.load(Ordering::Relaxed),
             bytes: self.inner.cache.weight(),
+            lent_bytes: self.inner.lent.bytes(),
             damaged_variants: self.inner.damaged_variants.load(Ordering::Relaxed),
         }
     }

@@ -7,13 +7,10 @@ use std::{
 
 use object_store::{ObjectStore, local::LocalFileSystem};
 use quick_cache::{OptionsBuilder, sync::Cache};
+use tokio::runtime::Handle;
 
 use super::{
-    BlobStore, Bucket, Folder, Inner, StoreError,
-    forms::ByBytes,
-    io,
-    seals::{self, Seals},
-    sync,
+    BlobStore, Bucket, Folder, Inner, StoreError, forms::ByBytes, io, rest::Lent, seals::Seals, sync,
     unfinished::generic,
 };
 use crate::spread::Spread;
@@ -90,6 +87,7 @@ impl BlobStore {
         /// One part of so many for what is known of blobs, in memory or not: of those in a store of four times the limit, if each takes
         /// 16 KiB with all its forms.
         const SEALS: u64 = 16;
+        const LEAST_SEALS_BYTES: u64 = 16 << 10;
         let seals_bytes = cache_bytes / SEALS;
         let cache_bytes = cache_bytes - seals_bytes;
         let options = OptionsBuilder::new()
@@ -108,7 +106,9 @@ impl BlobStore {
                     quick_cache::DefaultHashBuilder::default(),
                     quick_cache::sync::DefaultLifecycle::default(),
                 ),
-                seals: Seals::new((seals_bytes / seals::BLOB_BYTES).max(64) as usize),
+                seals: Seals::new(seals_bytes.max(LEAST_SEALS_BYTES)),
+                lent: Lent::of(cache_bytes),
+                runtime: Handle::current(),
                 hits: Spread::default(),
                 misses: AtomicU64::new(0),
                 damaged: Mutex::default(),

@@ -4,32 +4,44 @@
 //! a message authentication code (GMAC, NIST SP 800-38D) under a key that this process has made for itself and tells nobody.
 //! Whatever has this seal later is what was checked, as surely as a hash of 128 bits says it, in a tenth of the time. The tag of
 //! one message is compared with that of another under the same nonce, which gives nothing away where no tag is ever told.
+//!
+//! Each [section](SECTION_BYTES) of a form has a tag of its own, so that some of it can be read anew without the rest.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::{
+    ops::Range,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
 
 use aws_lc_rs::{
     aead::{AES_128_GCM, Aad, LessSafeKey, NONCE_LEN, Nonce, Tag, UnboundKey},
     constant_time::verify_slices_are_equal,
 };
 use belvedere_scene::BlobName;
-use quick_cache::sync::Cache;
+use quick_cache::{Weighter, sync::Cache};
 
 use super::Coding;
 
-/// What a seal of one blob takes in memory, with its name and the cache's own entry.
-pub(super) const BLOB_BYTES: u64 = 256;
+/// What the seals of one small blob take in memory, with its name and the cache's own entry.
+const BLOB_BYTES: u64 = 256;
+/// So much of a form is known again by itself; the last section may be shorter.
+const SECTION_BYTES: usize = 64 << 10;
+const TAG_BYTES: usize = 16;
 
 /// What is remembered of a stored form.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Seal {
     /// How many bytes it has.
     pub(super) length: u32,
+    /// That of the first section; the others follow.
     nonce: u64,
-    tag: [u8; 16],
+    tags: Arc<[[u8; TAG_BYTES]]>,
 }
 
 /// What is remembered of a blob.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Known {
     /// Which codings it is stored with.
     with: [bool; Coding::ALL.len()],
@@ -41,19 +53,30 @@ pub(super) struct Known {
 pub(super) struct Seals {
     key: LessSafeKey,
     next: AtomicU64,
-    known: Cache<BlobName, Known>,
+    known: Cache<BlobName, Known, ByBytes>,
+}
+
+/// Weighs what is remembered.
+#[derive(Debug, Clone)]
+struct ByBytes;
+
+impl Weighter<BlobName, Known> for ByBytes {
+    fn weight(&self, _: &BlobName, known: &Known) -> u64 {
+        let tags = known.seals.iter().flatten().map(|seal| seal.tags.len()).sum::<usize>();
+        BLOB_BYTES + (tags * TAG_BYTES) as u64
+    }
 }
 
 impl Seals {
-    /// For so many blobs.
-    pub(super) fn new(blobs: usize) -> Self {
+    /// As many as this holds.
+    pub(super) fn new(bytes: u64) -> Self {
         let mut key = [0; 16];
         getrandom::fill(&mut key).expect("the system gives random numbers");
         let key = UnboundKey::new(&AES_128_GCM, &key).expect("the key is as long as it must be");
         Self {
             key: LessSafeKey::new(key),
             next: AtomicU64::new(0),
-            known: Cache::new(blobs),
+            known: Cache::with_weighter((bytes / BLOB_BYTES) as usize, bytes, ByBytes),
         }
     }
 
@@ -65,21 +88,34 @@ impl Seals {
     /// Remembers a form that was checked, of a blob that is stored with these codings.
     pub(super) fn add(&self, name: &BlobName, coding: Option<Coding>, bytes: &[u8], with: impl Fn(Coding) -> bool) {
         let Ok(length) = u32::try_from(bytes.len()) else { return };
-        let nonce = self.next.fetch_add(1, Ordering::Relaxed);
-        let Some(tag) = self.tag(nonce, bytes) else { return };
-        let Ok(tag) = tag.as_ref().try_into() else { return };
+        let sections = bytes.chunks(SECTION_BYTES);
+        let nonce = self.next.fetch_add(sections.len() as u64, Ordering::Relaxed);
+        let tag = |(nonce, section)| self.tag(nonce, section)?.as_ref().try_into().ok();
+        let Some(tags) = (nonce..).zip(sections).map(tag).collect() else {
+            return;
+        };
         let mut known = self.of(name).unwrap_or_default();
         known.with = Coding::ALL.map(with);
-        known.seals[place(coding)] = Some(Seal { length, nonce, tag });
+        known.seals[place(coding)] = Some(Seal { length, nonce, tags });
         self.known.insert(name.clone(), known);
     }
 
     /// Whether these are the bytes that were sealed.
     pub(super) fn holds(&self, seal: &Seal, bytes: &[u8]) -> bool {
-        bytes.len() as u64 == u64::from(seal.length)
-            && self
-                .tag(seal.nonce, bytes)
-                .is_some_and(|tag| verify_slices_are_equal(tag.as_ref(), &seal.tag).is_ok())
+        self.holds_sections(seal, &(0..seal.length as usize), bytes)
+    }
+
+    /// Whether these are the bytes of just these [sections](Seal::sections).
+    pub(super) fn holds_sections(&self, seal: &Seal, sections: &Range<usize>, bytes: &[u8]) -> bool {
+        let first = sections.start / SECTION_BYTES;
+        let mut tagged = (seal.nonce + first as u64..)
+            .zip(&seal.tags[first..])
+            .zip(bytes.chunks(SECTION_BYTES));
+        bytes.len() == sections.len()
+            && tagged.all(|((nonce, expected), section)| {
+                let tag = self.tag(nonce, section);
+                tag.is_some_and(|tag| verify_slices_are_equal(tag.as_ref(), expected).is_ok())
+            })
     }
 
     /// Forgets a blob, whose files may have changed.
@@ -97,6 +133,14 @@ impl Seals {
     }
 }
 
+impl Seal {
+    /// The sections in which these bytes lie.
+    pub(super) fn sections(&self, bytes: &Range<usize>) -> Range<usize> {
+        let end = bytes.end.next_multiple_of(SECTION_BYTES).min(self.length as usize);
+        bytes.start / SECTION_BYTES * SECTION_BYTES..end
+    }
+}
+
 impl Known {
     /// Whether the blob is stored with this coding.
     pub(super) fn with(&self, coding: Coding) -> bool {
@@ -105,7 +149,7 @@ impl Known {
 
     /// The seal of a form that was checked.
     pub(super) fn seal(&self, coding: Option<Coding>) -> Option<Seal> {
-        self.seals[place(coding)]
+        self.seals[place(coding)].clone()
     }
 }
 
@@ -129,7 +173,7 @@ mod tests {
         fn a_seal_holds_for_the_bytes_that_were_sealed_and_for_no_others(
             bytes in proptest::collection::vec(any::<u8>(), 1..3000), at in any::<usize>(), flipped in 1u8..,
         ) {
-            let seals = Seals::new(8);
+            let seals = Seals::new(1 << 20);
             let name = BlobName::of(&bytes, "bin").unwrap();
             seals.add(&name, Some(Coding::Gzip), &bytes, |coding| coding == Coding::Gzip);
             let known = seals.of(&name).unwrap();
@@ -142,9 +186,36 @@ mod tests {
             damaged[at % bytes.len()] ^= flipped;
             prop_assert!(!seals.holds(&seal, &damaged));
             // The seals of another process say nothing here.
-            prop_assert!(!Seals::new(8).holds(&seal, &bytes));
+            prop_assert!(!Seals::new(1 << 20).holds(&seal, &bytes));
             seals.forget(&name);
             prop_assert!(seals.of(&name).is_none());
+        }
+
+        #[test]
+        fn some_of_a_form_is_known_again_by_its_sections(
+            length in 1..5 * SECTION_BYTES, from in any::<usize>(), to in any::<usize>(), flipped in 1u8..,
+        ) {
+            let bytes: Vec<u8> = (0..length).map(|at| (at % 251) as u8).collect();
+            let (from, to) = (from % length, to % length);
+            let asked = from.min(to)..from.max(to) + 1;
+            let seals = Seals::new(1 << 20);
+            let name = BlobName::of(&bytes, "bin").unwrap();
+            seals.add(&name, None, &bytes, |_| false);
+            let seal = seals.of(&name).unwrap().seal(None).unwrap();
+            let sections = seal.sections(&asked);
+            prop_assert!(sections.start <= asked.start && asked.end <= sections.end);
+            prop_assert!(sections.len() < asked.len() + 2 * SECTION_BYTES);
+            let read = &bytes[sections.clone()];
+            prop_assert!(seals.holds_sections(&seal, &sections, read));
+            prop_assert!(!seals.holds_sections(&seal, &sections, &read[1..]));
+            let mut damaged = read.to_vec();
+            damaged[asked.start - sections.start] ^= flipped;
+            prop_assert!(!seals.holds_sections(&seal, &sections, &damaged));
+            // What lies elsewhere is not what lies here.
+            let elsewhere = sections.start + SECTION_BYTES..sections.end + SECTION_BYTES;
+            if let Some(other) = bytes.get(elsewhere) {
+                prop_assert!(!seals.holds_sections(&seal, &sections, other));
+            }
         }
     }
 }

@@ -341,3 +341,45 @@ fn no_damage_is_ever_sent_whichever_file_has_it_and_whatever_was_read_before() {
         outcome?;
     });
 }
+
+#[tokio::test]
+async fn the_rest_of_a_form_is_read_in_pieces_that_are_counted_and_never_damaged() {
+    let (data, folder) = store().await;
+    let bucket = Arc::new(object_store::memory::InMemory::new());
+    let over = BlobStore::open_over(bucket, CACHE_BYTES).await.unwrap();
+    // Bytes that nothing compresses, and that the cache has no room for.
+    let bytes: Bytes = (0u32..300_000)
+        .flat_map(|n| n.wrapping_mul(2_654_435_761).to_be_bytes())
+        .collect();
+    let name = BlobName::of(&bytes, "bin").unwrap();
+    for store in [&folder, &over] {
+        store.put(&name, bytes.clone()).await.unwrap();
+        let mut rest = store.rest(&name, None, 1_000..bytes.len());
+        let mut got = Vec::new();
+        while !rest.is_empty() {
+            assert!(rest.in_memory().is_none());
+            let piece = rest.read().await.unwrap();
+            assert_eq!(store.cache_use().lent_bytes, piece.len() as u64);
+            rest.advance(piece.len());
+            got.extend_from_slice(&piece);
+        }
+        assert!(got == bytes[1_000..]);
+        assert_eq!(store.cache_use().lent_bytes, 0);
+        // Who holds much makes pieces small for all.
+        let held = store.lend(vec![0; CACHE_BYTES as usize]);
+        let small = store.rest(&name, None, 0..bytes.len()).read().await.unwrap();
+        assert!(small.len() < 64 << 10 && small == bytes[..small.len()]);
+        drop(held);
+    }
+    let file = file_of(&data, &name, None);
+    let mut damaged = bytes.to_vec();
+    damaged[700_000] ^= 1;
+    std::fs::write(&file, &damaged).unwrap();
+    let before = folder.rest(&name, None, 0..100).read().await;
+    assert_eq!(before.unwrap(), bytes[..100], "what is whole is known again");
+    let within = folder.rest(&name, None, 699_000..701_000).read().await;
+    assert!(matches!(within, Err(StoreError::Corrupt { .. })), "{within:?}");
+    std::fs::remove_file(&file).unwrap();
+    let gone = folder.rest(&name, None, 0..100).read().await;
+    assert!(matches!(gone, Err(StoreError::Missing(_))), "{gone:?}");
+}

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use belvedere::config::Settings;
+use belvedere::config::{LiveArgs, Settings};
 use serde_json::{Value, json};
 
 use crate::{
@@ -213,7 +213,10 @@ async fn open_streams_end_cleanly_when_the_server_stops() {
 #[tokio::test]
 async fn a_silent_session_ends_with_its_lease() {
     let server = Server::start_with(Settings {
-        lease_s: Some(1),
+        live: LiveArgs {
+            lease_s: Some(1),
+            ..LiveArgs::default()
+        },
         ..Settings::default()
     })
     .await;

@@ -46,19 +46,24 @@ impl Drop for Inside {
 
 impl Inside {
     async fn new() -> Self {
+        Self::start_with(LiveSettings::default()).await
+    }
+
+    async fn start_with(settings: LiveSettings) -> Self {
         let data = tempfile::tempdir().unwrap();
         let blobs = BlobStore::open_folder(data.path(), 1 << 20).await.unwrap();
-        Self::begin(data, &blobs.clone(), blobs).await
+        Self::begin(data, &blobs.clone(), blobs, settings).await
     }
 
     /// A store that answers as long as nobody holds all of its [`TURNS`].
     async fn over(store: &Arc<LimitStore<InMemory>>) -> Self {
         let open = async || BlobStore::open_over(store.clone(), 1 << 20).await.unwrap();
         // Whoever reads has in memory nothing of what was written.
-        Self::begin(tempfile::tempdir().unwrap(), &open().await, open().await).await
+        let settings = LiveSettings::default();
+        Self::begin(tempfile::tempdir().unwrap(), &open().await, open().await, settings).await
     }
 
-    async fn begin(data: tempfile::TempDir, written: &BlobStore, blobs: BlobStore) -> Self {
+    async fn begin(data: tempfile::TempDir, written: &BlobStore, blobs: BlobStore, settings: LiveSettings) -> Self {
         let catalogue = Catalogue::open(data.path()).await.unwrap();
         publish(&catalogue, written, "A row").await;
         let stopping = CancellationToken::new();
@@ -72,7 +77,7 @@ impl Inside {
             recorder: None,
             nodes: None,
         };
-        let live = Live::new(sources, LiveSettings::default(), stopping.clone()).await;
+        let live = Live::new(sources, settings, stopping.clone()).await;
         Self {
             live: live.unwrap(),
             publications,
@@ -84,7 +89,7 @@ impl Inside {
     }
 
     async fn enter(&self) -> Opened {
-        self.live.open(&row(), visitor(), false).await.unwrap()
+        self.live.open(&row(), visitor(), false, None).await.unwrap()
     }
 
     /// Somebody who has entered.
@@ -184,10 +189,10 @@ async fn whoever_does_not_hear_the_answer_is_not_there() {
     let live = &inside.live;
     let now = || live.counts().now;
     for stays in [false, true] {
-        ask_and_go(live.create(&row(), mover(), stays, None), || now().movers > 0).await;
+        ask_and_go(live.create(&row(), mover(), stays, None, None), || now().movers > 0).await;
         until(async || now().movers == 0).await;
     }
-    ask_and_go(live.open(&row(), visitor(), false), || now().sessions > 0).await;
+    ask_and_go(live.open(&row(), visitor(), false, None), || now().sessions > 0).await;
     until(async || now().sessions == 0).await;
     assert_eq!(inside.catalogue.kept_movers(&row()).await.unwrap(), []);
 }
@@ -341,7 +346,7 @@ async fn a_store_that_hangs_holds_up_who_needs_it_in_order_and_nobody_else() {
         pose: sent(6.5),
         ..visitor()
     };
-    let comes = tokio::spawn(async move { live.open(&row(), newcomer, false).await });
+    let comes = tokio::spawn(async move { live.open(&row(), newcomer, false, None).await });
     for step in 0..20 {
         here.pose(at(100 * step, 0.4 + 0.01 * step as f64)).await.unwrap();
         inside.person().await;
@@ -394,4 +399,34 @@ async fn of_a_flood_of_poses_that_wait_for_a_store_few_are_kept_and_the_newest_c
     tokio::time::timeout(Duration::from_secs(30), there)
         .await
         .expect("the newest counts");
+}
+
+#[tokio::test]
+async fn one_address_has_no_more_than_its_share_and_others_come_in() {
+    let inside = Inside::start_with(LiveSettings {
+        sessions_of_an_address: 1,
+        persistent: 2,
+        ..LiveSettings::default()
+    })
+    .await;
+    let live = &inside.live;
+    let [one, other] = [1, 2].map(|last| Some(std::net::IpAddr::from([10, 0, 0, last])));
+    let opened = live.open(&row(), visitor(), false, one).await.unwrap();
+    let refused = live.open(&row(), visitor(), false, one).await;
+    assert!(
+        matches!(refused, Err(LiveError::Crowded { most: 1, .. })),
+        "{refused:?}"
+    );
+    live.open(&row(), visitor(), false, other).await.unwrap();
+    let session = live.session(opened.session, Some(opened.token)).await.unwrap();
+    session.close().await.unwrap();
+    live.open(&row(), visitor(), false, one).await.unwrap();
+    live.create(&row(), mover(), true, None, one).await.unwrap();
+    let refused = live.create(&row(), mover(), true, None, one).await;
+    assert!(
+        matches!(refused, Err(LiveError::Crowded { most: 1, .. })),
+        "{refused:?}"
+    );
+    live.create(&row(), mover(), true, None, other).await.unwrap();
+    assert_eq!(live.counts().crowded, 2);
 }

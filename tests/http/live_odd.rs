@@ -1,6 +1,9 @@
 //! Odd, hostile and unlucky participants.
 
-use belvedere::{config::Settings, db::KeptMover};
+use belvedere::{
+    config::{LiveArgs, Settings},
+    db::KeptMover,
+};
 use belvedere_scene::ObjectId;
 use serde_json::{Value, json};
 
@@ -306,8 +309,11 @@ async fn a_flood_is_told_to_wait_and_its_newest_pose_is_kept() {
 #[tokio::test]
 async fn beyond_the_limits_there_is_no_room() {
     let server = Server::start_with(Settings {
-        max_sessions: Some(1),
-        max_movers: Some(0),
+        live: LiveArgs {
+            max_sessions: Some(1),
+            max_movers: Some(0),
+            ..LiveArgs::default()
+        },
         ..Settings::default()
     })
     .await;
@@ -326,8 +332,12 @@ async fn beyond_the_limits_there_is_no_room() {
 async fn a_flood_of_sessions_takes_no_more_room_than_there_is_and_goes_with_its_leases() {
     const ROOM: usize = 5;
     let server = Server::start_with(Settings {
-        max_sessions: Some(ROOM),
-        lease_s: Some(1),
+        live: LiveArgs {
+            max_sessions: Some(ROOM),
+            max_sessions_per_address: Some(ROOM),
+            lease_s: Some(1),
+            ..LiveArgs::default()
+        },
         ..Settings::default()
     })
     .await;
@@ -361,8 +371,11 @@ async fn a_flood_of_sessions_takes_no_more_room_than_there_is_and_goes_with_its_
 async fn movers_that_stay_are_few_and_the_operators() {
     let operator = "0123456789abcdef0123456789abcdef";
     let server = Server::start_with(Settings {
-        max_persistent: Some(1),
-        operator_token: Some(operator.to_owned()),
+        live: LiveArgs {
+            max_persistent: Some(1),
+            operator_token: Some(operator.to_owned()),
+            ..LiveArgs::default()
+        },
         ..Settings::default()
     })
     .await;
@@ -425,7 +438,10 @@ async fn a_mover_of_another_server_of_the_catalogue_keeps_its_id() {
 #[tokio::test]
 async fn movers_whose_senders_are_silent_end_unless_they_are_to_stay() {
     let server = Server::start_with(Settings {
-        mover_lease_s: Some(1),
+        live: LiveArgs {
+            mover_lease_s: Some(1),
+            ..LiveArgs::default()
+        },
         ..Settings::default()
     })
     .await;

@@ -155,6 +155,16 @@ async fn keys_expire_and_are_revoked_and_what_stays_of_live_sessions_comes_back(
         mover: "{}".into(),
         pose: None,
     };
+    assert!(
+        !catalogue.keep_mover(&scene, &mover).await.unwrap(),
+        "no such scene is published"
+    );
+    for published in [
+        "INSERT INTO revisions (scene, revision, pointer, source_key, sources, report) VALUES ('row', '1', '', '', '', '')",
+        "INSERT INTO scenes (scene, revision) VALUES ('row', '1')",
+    ] {
+        database.sql(published).await;
+    }
     assert!(catalogue.keep_mover(&scene, &mover).await.unwrap());
     assert!(
         !catalogue.keep_mover(&scene, &mover).await.unwrap(),

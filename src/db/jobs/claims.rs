@@ -39,9 +39,12 @@ impl FromStr for Claim {
 }
 
 impl Claim {
-    /// Whether the job is still this worker's. If so, nobody takes it before the transaction of this connection ends.
+    /// Whether the job is still this worker's, and nobody has asked for its end. If so, nobody takes it before the transaction of
+    /// this connection ends.
     pub(in crate::db) async fn hold(&self, connection: &mut AnyConnection) -> Result<bool, sqlx::Error> {
-        let held = sqlx::query("UPDATE jobs SET worker = worker WHERE job = $1 AND worker = $2 AND state = 'running'")
+        const HELD: &str = "UPDATE jobs SET worker = worker \
+            WHERE job = $1 AND worker = $2 AND state = 'running' AND cancelling = 0";
+        let held = sqlx::query(HELD)
             .bind(&self.job)
             .bind(&self.worker)
             .execute(connection)
@@ -144,7 +147,8 @@ impl Catalogue {
         Ok(())
     }
 
-    /// A worker's job has ended, in this state, with this error or that report. Says whether it was still its own.
+    /// A worker's job has ended, in this state, with this error or that report; one whose end somebody has asked for, and that is
+    /// not done, is cancelled. Says whether it was still its own.
     pub async fn end_job(
         &self,
         (job, worker): (&str, &str),
@@ -153,7 +157,7 @@ impl Catalogue {
         report: Option<&str>,
     ) -> anyhow::Result<bool> {
         let sql = AssertSqlSafe(format!(
-            "UPDATE jobs SET state = $1, error = $2, report = $3, ended_at = {} \
+            "UPDATE jobs SET state = CASE WHEN cancelling = 1 AND $1 = 'failed' THEN 'cancelled' ELSE $1 END, error = $2, report = $3, ended_at = {} \
              WHERE job = $4 AND worker = $5 AND state = 'running'",
             self.dialect.now()
         ));

@@ -12,16 +12,19 @@ use std::{
     time::Instant,
 };
 
-use axum::http::{HeaderMap, Method, Response, StatusCode};
-use bytes::Bytes;
+use axum::http::{HeaderMap, Method, StatusCode};
+use bytes::{Buf, Bytes};
 use tokio::io::{AsyncWrite, ReadBuf};
 
+use super::socket::Socket;
 use crate::http::{
-    blob_body::{BlobBody, Pieces},
+    blob_body::{BlobBody, Part as BodyPart, Pieces, Source},
     bundle::Bundle,
     date,
     immutable::{BlobResponse, Chosen, Part, content_range},
+    quiet::Quiet,
 };
+use crate::store::BlobStore;
 
 /// What every answer adds: a length and a range, the date.
 const ADDED_BYTES: usize = 192;
@@ -95,19 +98,17 @@ pub(in crate::http) struct Ready<'a> {
 /// What an answer adds to its head.
 type Added = Cursor<[u8; ADDED_BYTES]>;
 
-/// A body that nobody else holds for its sake.
+/// A body as it lies in memory, which nobody holds there for its sake.
 #[derive(Debug)]
 enum Held<'a> {
     Nothing,
-    One(&'a Bytes, Range<usize>),
-    /// Put together for this answer.
-    Kept(BlobBody),
-    Pieces(Pieces),
+    One(Source<'a>, &'a Bytes, Range<usize>),
+    Pieces(&'a BlobStore, Pieces),
 }
 
 impl<'a> Ready<'a> {
     /// What was chosen of an object.
-    pub(in crate::http) fn new(method: &Method, object: &BlobResponse, chosen: &Chosen<'a>, now: Instant) -> Self {
+    pub(in crate::http) fn new(method: &Method, object: &BlobResponse<'a>, chosen: &Chosen<'a>, now: Instant) -> Self {
         let (bytes, heads) = (&chosen.form.bytes, chosen.heads);
         let mut added = Cursor::new([0; ADDED_BYTES]);
         let (status, head, body) = match &chosen.part {
@@ -117,7 +118,7 @@ impl<'a> Ready<'a> {
             Part::Whole => (
                 StatusCode::OK,
                 Cow::Borrowed(heads.written_whole()),
-                Held::One(bytes, 0..bytes.len()),
+                Held::One(object.source(chosen), bytes, 0..bytes.len()),
             ),
             Part::Unchanged => (
                 StatusCode::NOT_MODIFIED,
@@ -127,10 +128,16 @@ impl<'a> Ready<'a> {
             Part::One(slice) => {
                 let (length, range) = (slice.end - slice.start, content_range(slice, bytes.len()));
                 write!(added, "content-length: {length}\r\ncontent-range: {range}\r\n").expect("there is room");
-                let body = Held::One(bytes, slice.start as usize..slice.end as usize);
+                let slice = slice.start as usize..slice.end as usize;
+                let body = Held::One(object.source(chosen), bytes, slice);
                 (StatusCode::PARTIAL_CONTENT, Cow::Borrowed(heads.written_slice()), body)
             }
-            Part::Many(_) => return Self::of(object.respond(method, chosen).map(Held::Kept), now),
+            Part::Many(slices) => {
+                let (headers, pieces) = object.slices(chosen.form, heads, slices);
+                let status = StatusCode::PARTIAL_CONTENT;
+                let head = head_lines(status, &headers).into();
+                (status, Cow::Owned(head), Held::Pieces(object.blobs, pieces))
+            }
         };
         end_head(&mut added, now);
         Self {
@@ -142,7 +149,7 @@ impl<'a> Ready<'a> {
     }
 
     /// Many things at once.
-    pub(in crate::http) fn bundle(bundle: Bundle, now: Instant) -> Self {
+    pub(in crate::http) fn bundle(blobs: &'a BlobStore, bundle: Bundle, now: Instant) -> Self {
         let mut added = Cursor::new([0; ADDED_BYTES]);
         if let Some(length) = bundle.length {
             write!(added, "content-length: {length}\r\n").expect("there is room");
@@ -152,29 +159,15 @@ impl<'a> Ready<'a> {
             status: bundle.status(),
             head: Cow::Borrowed(bundle.written()),
             added,
-            body: Held::Pieces(bundle.pieces),
-        }
-    }
-
-    /// What was put together for this request.
-    fn of(response: Response<Held<'a>>, now: Instant) -> Self {
-        let (parts, body) = response.into_parts();
-        let mut added = Cursor::new([0; ADDED_BYTES]);
-        end_head(&mut added, now);
-        Self {
-            status: parts.status,
-            head: Cow::Owned(head_lines(parts.status, &parts.headers).into()),
-            added,
-            body,
+            body: Held::Pieces(blobs, bundle.pieces),
         }
     }
 
     pub(in crate::http) fn body_bytes(&self) -> u64 {
         match &self.body {
             Held::Nothing => 0,
-            Held::One(_, slice) => slice.len() as u64,
-            Held::Kept(body) => body.len(),
-            Held::Pieces(pieces) => pieces.len(),
+            Held::One(_, _, slice) => slice.len() as u64,
+            Held::Pieces(_, pieces) => pieces.len(),
         }
     }
 
@@ -186,26 +179,25 @@ impl<'a> Ready<'a> {
         let (head, added) = (IoSlice::new(&self.head), IoSlice::new(added_bytes(&self.added)));
         let (length, written) = match &self.body {
             Held::Nothing => write_few(&[head, added], write),
-            Held::One(bytes, slice) => write_few(&[head, added, IoSlice::new(&bytes[slice.clone()])], write),
-            Held::Kept(body) => write_few(&gathered([head, added], parts(body)), write),
-            Held::Pieces(pieces) => write_few(&gathered([head, added], pieces.iter()), write),
+            Held::One(_, bytes, slice) => write_few(&[head, added, IoSlice::new(&bytes[slice.clone()])], write),
+            Held::Pieces(_, pieces) => write_few(&gathered([head, added], pieces.iter()), write),
         };
         let written = written?;
-        let rest = || {
-            let body = match self.body {
-                Held::Nothing => BlobBody::Empty,
-                Held::One(bytes, slice) => BlobBody::One(bytes.slice(slice)),
-                Held::Kept(body) => body,
-                Held::Pieces(pieces) => pieces.kept(),
-            };
-            Box::new(Rest {
-                head: self.head.into_owned(),
-                added: self.added,
-                body,
-                written,
-            })
+        Ok((written < length).then(|| self.rest(written)))
+    }
+
+    /// What is left when so many bytes have gone.
+    fn rest(self, written: usize) -> Box<Rest> {
+        let head = [&self.head[..], added_bytes(&self.added)].concat();
+        let mut body = match self.body {
+            Held::Nothing => BlobBody::Empty,
+            Held::One(source, bytes, slice) => BlobBody::One(BodyPart::of(source, bytes, slice)),
+            Held::Pieces(blobs, pieces) => pieces.kept(blobs),
         };
-        Ok((written < length).then(rest))
+        let of_head = written.min(head.len());
+        body.advance(written - of_head);
+        let head = Bytes::from(head).slice(of_head..);
+        Box::new(Rest { head, body })
     }
 }
 
@@ -217,40 +209,37 @@ fn gathered<'a>(first: [IoSlice<'a>; 2], parts: impl Iterator<Item = &'a [u8]>) 
     first.into_iter().chain(parts.map(IoSlice::new)).collect()
 }
 
-fn parts(body: &BlobBody) -> impl Iterator<Item = &[u8]> {
-    body.parts().map(|part| &part[..])
-}
-
 /// What of an answer did not go at once.
 #[derive(Debug)]
 pub(super) struct Rest {
     head: Bytes,
-    added: Added,
     body: BlobBody,
-    /// So many bytes of all these have gone.
-    written: usize,
 }
 
 impl Rest {
-    pub(super) async fn write<T: AsyncWrite + Unpin>(&self, io: &mut T) -> io::Result<()> {
-        let (head, added) = (IoSlice::new(&self.head), IoSlice::new(added_bytes(&self.added)));
-        write_after(self.written, io, &mut gathered([head, added], parts(&self.body))).await
+    /// Writes it as the peer takes it. While it takes nothing, nothing of what is stored is held for it.
+    pub(super) async fn write(mut self, io: &mut Quiet<Socket>) -> io::Result<()> {
+        while !self.head.is_empty() || self.body.len() > 0 {
+            poll_fn(|cx| io.poll_ready(cx, Socket::poll_writable)).await?;
+            let Some(bytes) = self.body.now().or_else(|| (self.body.len() == 0).then(Bytes::new)) else {
+                self.body.fetch().await.map_err(io::Error::other)?;
+                continue;
+            };
+            let slices = [IoSlice::new(&self.head), IoSlice::new(&bytes)];
+            let written = io.write_now(|socket| socket.write_now(&slices))?;
+            let of_head = written.min(self.head.len());
+            self.head.advance(of_head);
+            self.body.advance(written - of_head);
+        }
+        Ok(())
     }
 }
 
 /// Writes all of these, together as far as that goes.
 pub(super) async fn write_all<T: AsyncWrite + Unpin>(io: &mut T, slices: &mut [IoSlice<'_>]) -> io::Result<()> {
+    let mut slices = slices;
     // Empty ones in front are passed over.
-    write_after(0, io, slices).await
-}
-
-/// The same but for the first bytes.
-async fn write_after<T: AsyncWrite + Unpin>(
-    first: usize,
-    io: &mut T,
-    mut slices: &mut [IoSlice<'_>],
-) -> io::Result<()> {
-    IoSlice::advance_slices(&mut slices, first);
+    IoSlice::advance_slices(&mut slices, 0);
     while !slices.is_empty() {
         let written = poll_fn(|cx| poll_write(Pin::new(&mut *io), slices, cx)).await?;
         if written == 0 {

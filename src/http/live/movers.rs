@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use axum::{
+    Extension,
     extract::{Request, State},
     http::StatusCode,
     response::Response,
@@ -26,6 +27,7 @@ use crate::{
         error::ApiError,
         extract::{self, Path, Shown},
         momentary::{done, now},
+        peer::Peer,
         visitor::Visitor,
     },
     live::{Live, LiveError, Token},
@@ -120,6 +122,7 @@ pub(in crate::http) async fn create(
     visitor: Visitor,
     Path(scene): Path<SceneName>,
     Shown(token): Shown,
+    peer: Option<Extension<Peer>>,
     request: Request,
 ) -> Result<Response, ApiError> {
     const SHAPE: &str = r#"{"position": [x, y, z], "max_speed_mps": 3} or {"trajectory": {"keys": [{"t_ms": 0, "position": [x, y, z]}], "repeat": true}}"#;
@@ -161,8 +164,9 @@ pub(in crate::http) async fn create(
         look: look(&visitor, &published, asked.avatar, asked.name).await?,
         way: way.transpose().map_err(LiveError::from)?,
     };
+    let from = peer.map(|Extension(peer)| peer.household());
     let (moved, token) = live
-        .create(&scene, new, asked.persistent.unwrap_or(false), token)
+        .create(&scene, new, asked.persistent.unwrap_or(false), token, from)
         .await?;
     let answer = Created {
         object: moved.object,

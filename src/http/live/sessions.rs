@@ -31,6 +31,7 @@ use crate::{
         error::ApiError,
         extract::Path,
         momentary::{done, now},
+        peer::Peer,
         visitor::Visitor,
     },
     live::{Live, SessionHandle},
@@ -107,6 +108,7 @@ pub(in crate::http) async fn open(
     State(live): State<Live>,
     visitor: Visitor,
     Path(scene): Path<SceneName>,
+    peer: Option<Extension<Peer>>,
     request: Request,
 ) -> Result<Response, ApiError> {
     const SHAPE: &str = r#"{"position": [x, y, z], "aoi": {"enter_m": 50, "leave_m": 60}, "max_speed_mps": 3}"#;
@@ -133,7 +135,8 @@ pub(in crate::http) async fn open(
         listens: false,
         look: look(&visitor, &published, asked.avatar, asked.name).await?,
     };
-    let opened = live.open(&scene, participant, wants(Included::Static)).await?;
+    let from = peer.map(|Extension(peer)| peer.household());
+    let opened = live.open(&scene, participant, wants(Included::Static), from).await?;
     let session = opened.session;
     let answer = Opened {
         session,

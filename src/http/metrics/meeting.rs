@@ -29,6 +29,7 @@ pub(super) struct LiveMetrics {
     expired: Counter,
     taken_up: Counter,
     unscreened: Counter,
+    crowded: Counter,
     quality_sessions: Gauge,
     quality_mean: Gauge<f64, AtomicU64>,
     quality_worst: Gauge<f64, AtomicU64>,
@@ -82,6 +83,11 @@ impl LiveMetrics {
                 "Questions what closed doors hide that had no answer, since what hides could not be read",
                 &self.unscreened,
             ),
+            (
+                "live_crowded",
+                "Sessions and movers that were refused, since their address had its share",
+                &self.crowded,
+            ),
         ] {
             registry.register(name, help, counter.clone());
         }
@@ -122,6 +128,7 @@ impl LiveMetrics {
         put(&self.expired, counts.expired);
         put(&self.taken_up, counts.taken_up);
         put(&self.unscreened, counts.unscreened);
+        put(&self.crowded, counts.crowded);
         set(&self.quality_sessions, counts.quality.sessions);
         self.quality_mean.set(counts.quality.mean);
         self.quality_worst.set(counts.quality.worst);
