@@ -37,6 +37,14 @@ pub(super) enum Dialect {
 }
 
 impl Dialect {
+    /// What ends a SELECT whose rows must stay as they are until the transaction ends. SQLite has one writer.
+    pub(super) fn held(self) -> &'static str {
+        match self {
+            Self::Sqlite => "",
+            Self::Postgres => " FOR SHARE",
+        }
+    }
+
     /// SQL for this moment. Texts of this form are ordered as their times are.
     pub(super) fn now(self) -> &'static str {
         match self {

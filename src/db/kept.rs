@@ -33,11 +33,12 @@ impl Catalogue {
     /// Keeps a new mover of a scene that is published; says whether it did. Another server of the catalogue may have taken its id, or
     /// the scene been removed.
     pub async fn keep_mover(&self, scene: &SceneName, kept: &KeptMover) -> anyhow::Result<bool> {
-        let added = sqlx::query(
+        let added = sqlx::query(AssertSqlSafe(format!(
             "INSERT INTO kept_movers (object, scene, token, mover, pose) \
-             SELECT CAST($1 AS BIGINT), scene, CAST($3 AS TEXT), CAST($4 AS TEXT), CAST($5 AS TEXT) FROM scenes WHERE scene = $2 \
+             SELECT CAST($1 AS BIGINT), scene, CAST($3 AS TEXT), CAST($4 AS TEXT), CAST($5 AS TEXT) FROM scenes WHERE scene = $2{} \
              ON CONFLICT (object) DO NOTHING",
-        )
+            self.dialect.held()
+        )))
         .bind(i64::from(kept.object.0))
         .bind(scene.as_str())
         .bind(&kept.token)
@@ -127,11 +128,12 @@ impl Catalogue {
 
     /// Keeps how a door of a revision stands, unless the scene was removed.
     pub async fn keep_door(&self, scene: &SceneName, revision: Revision, door: &KeptDoor) -> anyhow::Result<()> {
-        sqlx::query(
+        sqlx::query(AssertSqlSafe(format!(
             "INSERT INTO kept_doors (scene, revision, object, bounds, open) \
-             SELECT scene, CAST($2 AS TEXT), CAST($3 AS BIGINT), CAST($4 AS TEXT), CAST($5 AS BIGINT) FROM scenes WHERE scene = $1 \
+             SELECT scene, CAST($2 AS TEXT), CAST($3 AS BIGINT), CAST($4 AS TEXT), CAST($5 AS BIGINT) FROM scenes WHERE scene = $1{} \
              ON CONFLICT (scene, object) DO UPDATE SET revision = excluded.revision, bounds = excluded.bounds, open = excluded.open",
-        )
+            self.dialect.held()
+        )))
         .bind(scene.as_str())
         .bind(revision.to_string())
         .bind(i64::from(door.object.0))

@@ -60,7 +60,8 @@ impl Part {
     /// Some bytes of a form, all of which are these.
     pub(super) fn of(source: Source<'_>, form: &Bytes, range: Range<usize>) -> Self {
         if form.len() <= HELD_BYTES {
-            return Self::Held(form.slice(range));
+            // It may be cut from something large, of which nothing is kept.
+            return Self::Held(source.blobs.lend(form[range].to_vec()));
         }
         let Source {
             blobs,

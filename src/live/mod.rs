@@ -294,9 +294,11 @@ impl Live {
         let owner = token
             .map(|token| self.0.registry.session_of(&stage, token))
             .transpose()?;
-        let object = self.0.ids.draw().await?;
         // The operator answers for itself.
         let from = from.filter(|_| !is_operator);
+        // Whoever finds no room takes no id.
+        self.count_crowded(self.0.registry.check_movers(stays, from, settings))?;
+        let object = self.0.ids.draw().await?;
         let token = self
             .0
             .registry

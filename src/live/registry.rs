@@ -202,6 +202,17 @@ impl Registry {
         self.tables().shares.check(Good::Sessions, from, settings)
     }
 
+    /// Whether another mover may be created from there.
+    pub(super) fn check_movers(
+        &self,
+        stays: bool,
+        from: Option<IpAddr>,
+        settings: &LiveSettings,
+    ) -> Result<(), LiveError> {
+        let tables = self.tables();
+        goods(stays).try_for_each(|good| tables.shares.check(good, from, settings))
+    }
+
     /// A new session, or one that has moved here and was `taken` up so often.
     pub(super) fn new_session(
         &self,

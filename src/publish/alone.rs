@@ -28,7 +28,9 @@ pub(super) async fn alone_in(folder: &Path) -> anyhow::Result<File> {
             .open(root.join(LOCK))?;
         match file.lock() {
             // Some file systems of other machines have no locks.
-            Err(error) if has_no_locks(&error) => {}
+            Err(error) if has_no_locks(&error) => {
+                tracing::warn!(%error, folder = %root.display(), "cannot be locked: see that nobody else publishes into it now");
+            }
             locked => {
                 locked?;
                 remove_left(&root)?;

@@ -102,14 +102,13 @@ impl Rest {
             range,
         } = &self;
         let piece = range.start..range.end.min(range.start + store.inner.lent.piece_bytes());
-        if let Some(bytes) = store.read_sealed(name, *coding, piece).await? {
+        if let Some(bytes) = store.read_sealed(name, *coding, piece.clone()).await? {
             return Ok(store.lend(bytes));
         }
         let gone = || StoreError::Missing(name.clone());
         let forms = store.forms(name, *coding).await?.ok_or_else(gone)?;
         store.load(name, &forms, *coding).await?;
         let form = forms.of(*coding).ok_or_else(gone)?;
-        let piece = range.start..range.end.min(range.start + PIECE_BYTES);
         Ok(store.lend(form.bytes.get(piece).ok_or_else(gone)?.to_vec()))
     }
 }

@@ -108,10 +108,11 @@ impl Seals {
     /// Whether these are the bytes of just these [sections](Seal::sections).
     pub(super) fn holds_sections(&self, seal: &Seal, sections: &Range<usize>, bytes: &[u8]) -> bool {
         let first = sections.start / SECTION_BYTES;
-        let mut tagged = (seal.nonce + first as u64..)
-            .zip(&seal.tags[first..])
-            .zip(bytes.chunks(SECTION_BYTES));
+        // Another one may have been sealed meanwhile, which is shorter.
+        let tags = seal.tags.get(first..).unwrap_or_default();
+        let mut tagged = (seal.nonce + first as u64..).zip(tags).zip(bytes.chunks(SECTION_BYTES));
         bytes.len() == sections.len()
+            && sections.end <= seal.length as usize
             && tagged.all(|((nonce, expected), section)| {
                 let tag = self.tag(nonce, section);
                 tag.is_some_and(|tag| verify_slices_are_equal(tag.as_ref(), expected).is_ok())

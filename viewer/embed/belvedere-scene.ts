@@ -107,7 +107,16 @@ export class BelvedereScene extends HTMLElement {
 
   attributeChangedCallback(_name: string, before: string | null, after: string | null): void {
     // What stands in the page's text is there before the element is connected.
-    if (!seats.has(this) || before === after) return;
+    if (before === after) return;
+    if (this.poster && !(before !== null && after !== null && isSameWorld(before, after, document.baseURI))) {
+      // It shows another world.
+      this.poster.remove();
+      this.poster = undefined;
+    }
+    if (!seats.has(this)) {
+      if (this.isConnected && this.attempt > 0) this.poster = showPoster(this, this.poster);
+      return;
+    }
     if (this.visit && after !== null && isSameWorld(before, after, document.baseURI)) this.goOn(this.visit, after);
     else void this.show();
   }
@@ -144,7 +153,13 @@ export class BelvedereScene extends HTMLElement {
       );
     }
     if (this.visit) this.visit.teleport({ position, yaw, pitch, mode });
-    else this.wanted = { position, yaw, pitch, mode };
+    else {
+      this.wanted = { position, yaw, pitch, mode };
+      if (this.kept?.src === this.src) {
+        const pose = { position, yaw, pitch, mode: mode ?? this.kept.pose.mode };
+        this.kept = { src: this.src, pose };
+      }
+    }
   }
 
   /** Where something could not be had, it may come now. */

@@ -38,7 +38,7 @@ pub(super) use self::{
 };
 use self::{
     head::{Head, MAX_HEAD_BYTES},
-    wire::Rest,
+    wire::Unsent,
 };
 use super::{ending::Heard, front::Front, peer::Peer, quiet::Quiet};
 
@@ -74,7 +74,7 @@ pub(super) struct Direct {
 /// What is to be done next.
 enum Next {
     /// Write the rest of an object.
-    Write(Box<Rest>),
+    Write(Box<Unsent>),
     /// Ask the router.
     Ask(Box<Request<Body>>),
     /// Leave it to hyper.

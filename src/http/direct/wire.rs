@@ -175,7 +175,7 @@ impl<'a> Ready<'a> {
     pub(super) fn write(
         self,
         write: impl FnOnce(&[IoSlice<'_>]) -> io::Result<usize>,
-    ) -> io::Result<Option<Box<Rest>>> {
+    ) -> io::Result<Option<Box<Unsent>>> {
         let (head, added) = (IoSlice::new(&self.head), IoSlice::new(added_bytes(&self.added)));
         let (length, written) = match &self.body {
             Held::Nothing => write_few(&[head, added], write),
@@ -187,7 +187,7 @@ impl<'a> Ready<'a> {
     }
 
     /// What is left when so many bytes have gone.
-    fn rest(self, written: usize) -> Box<Rest> {
+    fn rest(self, written: usize) -> Box<Unsent> {
         let head = [&self.head[..], added_bytes(&self.added)].concat();
         let mut body = match self.body {
             Held::Nothing => BlobBody::Empty,
@@ -197,7 +197,7 @@ impl<'a> Ready<'a> {
         let of_head = written.min(head.len());
         body.advance(written - of_head);
         let head = Bytes::from(head).slice(of_head..);
-        Box::new(Rest { head, body })
+        Box::new(Unsent { head, body })
     }
 }
 
@@ -211,13 +211,13 @@ fn gathered<'a>(first: [IoSlice<'a>; 2], parts: impl Iterator<Item = &'a [u8]>) 
 
 /// What of an answer did not go at once.
 #[derive(Debug)]
-pub(super) struct Rest {
+pub(super) struct Unsent {
     head: Bytes,
     body: BlobBody,
 }
 
-impl Rest {
-    /// Writes it as the peer takes it. While it takes nothing, nothing of what is stored is held for it.
+impl Unsent {
+    /// Writes it as the peer takes it. While it takes nothing, no more than a piece that is lent is held for it.
     pub(super) async fn write(mut self, io: &mut Quiet<Socket>) -> io::Result<()> {
         while !self.head.is_empty() || self.body.len() > 0 {
             poll_fn(|cx| io.poll_ready(cx, Socket::poll_writable)).await?;

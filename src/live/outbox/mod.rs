@@ -187,7 +187,13 @@ impl Outbox {
             }
             Event::ObjectGone { objects, .. } => state.poses.remove(objects),
             // Ids of what does not move are void from then on.
-            Event::Revision { .. } => state.aside.revoke(),
+            Event::Revision { .. } => {
+                state.aside.revoke();
+                if state.awaits_greeting {
+                    // The greeting tells of the newest alone.
+                    state.forget("revision");
+                }
+            }
             _ => {}
         }
         let said = said(event);
@@ -460,6 +466,13 @@ impl State {
         self.aside.clear();
         self.told.clear();
         self.missed = None;
+    }
+
+    /// Events of a name are void.
+    fn forget(&mut self, name: &str) {
+        let old = |said: &&Said| said.name == name;
+        self.queue_bytes -= self.queue.iter().filter(old).map(|said| said.data.len()).sum::<usize>();
+        self.queue.retain(|said| said.name != name);
     }
 
     fn miss(&mut self, why: Void) {

@@ -52,7 +52,8 @@ impl Stage {
     fn attend(&mut self) {
         let now_ms = self.live.now_ms();
         for (session, person) in &self.people {
-            if person.outbox.wants_greeting()
+            if !person.listens
+                && person.outbox.wants_greeting()
                 && let Some(hello) = self.hello(*session)
             {
                 person.outbox.greet(&hello);

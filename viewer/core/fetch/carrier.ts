@@ -242,6 +242,8 @@ export class Carrier {
       // They go alone now.
       const { url } = members[given.length] ?? {};
       if (error instanceof StallError && url) this.tell(url, "stalled", 0, error.waited_ms);
+      const rest_ms = url ? this.rest.left_ms(url) : 0;
+      if (url && rest_ms > 0) this.tell(url, "resting", 0, rest_ms);
     }
     await Promise.all(given);
   }

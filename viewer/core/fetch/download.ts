@@ -35,6 +35,8 @@ export class Download {
   private readonly quiet = new Gate();
   /** Whether it did not come in a bundle where it should have, and now goes alone. */
   alone = false;
+  /** Whether its server asked to wait when it was to come in a bundle. */
+  hasRested = false;
   private readonly whole: Promise<ArrayBuffer>;
   private resolve: (bytes: ArrayBuffer) => void = () => {};
   private reject: (error: unknown) => void = () => {};

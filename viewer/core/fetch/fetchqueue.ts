@@ -257,7 +257,7 @@ export class FetchQueue {
 
   private pump(): void {
     if (this.closed) return;
-    while (this.transfers.size < this.options.concurrency) {
+    while (this.busy < this.options.concurrency) {
       const next = this.next();
       if (next.length === 0) break;
       for (const download of next) {
@@ -284,10 +284,16 @@ export class FetchQueue {
    * `client/src/explorer/tasks.rs`.
    */
   private makeRoom(): void {
-    const isFull = this.transfers.size >= this.options.concurrency || !this.hasRoom;
+    const isFull = this.busy >= this.options.concurrency || !this.hasRoom;
     if (this.waiting.size === 0 || !isFull || this.breaker?.isOpen) return;
     const served = [...this.running.values()].filter((one) => one.isServed && one.rest_bytes > LEAST_REST_BYTES);
     for (const { url } of served) this.cancel(url);
+  }
+
+  /** How many transfers go on. Those that wait until a server may be asked again hold up nothing else. */
+  private get busy(): number {
+    const waits = (download: Download) => this.rest.isOn(download.url) && this.travels(download);
+    return [...this.transfers].filter(({ downloads }) => !downloads.every(waits)).length;
   }
 
   private get hasRoom(): boolean {
@@ -434,8 +440,10 @@ export class FetchQueue {
     this.bundles -= 1;
     for (const member of members.filter(isWanted)) {
       this.running.delete(member.url);
-      // A server that asked to wait is not wrong about bundles.
-      member.alone = !this.rest.isOn(member.url);
+      // A server that asked to wait once is not wrong about bundles.
+      const rests = this.rest.isOn(member.url);
+      member.alone = !rests || member.hasRested;
+      member.hasRested = rests;
       this.waiting.set(member.url, member);
     }
   }

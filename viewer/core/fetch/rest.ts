@@ -42,7 +42,7 @@ export class Rest {
 
   /** Whether the server at an address is left alone. */
   isOn(url: string): boolean {
-    return this.servers.has(serverOf(url));
+    return this.servers.size > 0 && this.servers.has(serverOf(url));
   }
 
   /** For how long it still is. */

@@ -55,8 +55,8 @@ pub struct Look {
 const PERSON_M: f64 = 0.3;
 
 impl Look {
-    /// So far around where it stands it surely hides what is behind it: what is drawn of it reaches so far to all sides, and its
-    /// ball, which need not be filled, as well.
+    /// So far around where it stands it is taken to hide what is behind it: the box of what is drawn of it, which counts as filled,
+    /// reaches so far to all sides, and its ball as well.
     #[must_use]
     pub fn hides_m(&self, radius_m: f64) -> f64 {
         let drawn_m = self.model.as_deref().map_or(PERSON_M, |model| {
