@@ -117,6 +117,10 @@ impl Tables {
         );
     }
 
+    fn check_movers(&self, stays: bool, from: Option<IpAddr>, settings: &LiveSettings) -> Result<(), LiveError> {
+        goods(stays).try_for_each(|good| self.shares.check(good, from, settings))
+    }
+
     fn remove_mover(&mut self, object: ObjectId) {
         let Some(mover) = self.movers.remove(&object) else {
             return;
@@ -209,8 +213,7 @@ impl Registry {
         from: Option<IpAddr>,
         settings: &LiveSettings,
     ) -> Result<(), LiveError> {
-        let tables = self.tables();
-        goods(stays).try_for_each(|good| tables.shares.check(good, from, settings))
+        self.tables().check_movers(stays, from, settings)
     }
 
     /// A new session, or one that has moved here and was `taken` up so often.
@@ -279,9 +282,7 @@ impl Registry {
     ) -> Result<Token, LiveError> {
         let token = token.map_or_else(Token::random, Ok)?;
         let mut tables = self.tables();
-        for good in goods(stays) {
-            tables.shares.check(good, from, settings)?;
-        }
+        tables.check_movers(stays, from, settings)?;
         tables.add_mover((object, token), stage, stays, from);
         Ok(token)
     }

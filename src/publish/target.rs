@@ -12,6 +12,8 @@ use crate::{
     store::{BlobStore, Bucket, BucketTree},
 };
 
+const WAY_OUT: &str = "publish into another place";
+
 /// Where a tree is written.
 #[derive(Debug)]
 pub(crate) enum Target {
@@ -42,9 +44,8 @@ impl Target {
         }
     }
 
-    /// Fails where a catalogue's objects are: its `gc` removes what the tree needs and that catalogue does not.
-    pub(super) async fn is_no_store(&self) -> anyhow::Result<()> {
-        const WAY_OUT: &str = "publish into another place";
+    /// Fails in a data folder. Makes nothing, so that a wrong place stays as it was.
+    pub(super) fn is_no_data_folder(&self) -> anyhow::Result<()> {
         if let Self::Folder(folder) = self {
             anyhow::ensure!(
                 !folder.join(db::FILE_NAME).exists(),
@@ -52,20 +53,21 @@ impl Target {
                 folder.display()
             );
         }
-        if let Some(owner) = self.open_store().await?.owner().await? {
+        Ok(())
+    }
+
+    /// Where its blobs go. Fails where a catalogue's are: its `gc` removes what the tree needs and that catalogue does not.
+    pub(super) async fn open_store(&self) -> anyhow::Result<BlobStore> {
+        let store = match self {
+            Self::Folder(folder) => BlobStore::open_folder(folder, 0).await?,
+            Self::Bucket(bucket, _) => BlobStore::open_bucket(bucket, 0).await?,
+        };
+        if let Some(owner) = store.owner().await? {
             anyhow::bail!(
                 "in {self} is the store of catalogue {owner}, whose `gc` would remove what the tree needs; {WAY_OUT}"
             );
         }
-        Ok(())
-    }
-
-    /// Where its blobs go.
-    pub(super) async fn open_store(&self) -> anyhow::Result<BlobStore> {
-        Ok(match self {
-            Self::Folder(folder) => BlobStore::open_folder(folder, 0).await?,
-            Self::Bucket(bucket, _) => BlobStore::open_bucket(bucket, 0).await?,
-        })
+        Ok(store)
     }
 
     /// A file below the root, if there is one.
@@ -147,16 +149,16 @@ mod tests {
     async fn a_tree_is_written_beside_no_catalogue() {
         let place = tempfile::tempdir().unwrap();
         let to = Target::new(place.path().to_str().unwrap(), None, false).unwrap();
-        to.is_no_store().await.unwrap();
-        let store = BlobStore::open_folder(place.path(), 0).await.unwrap();
-        to.is_no_store().await.unwrap();
+        to.is_no_data_folder().unwrap();
+        let store = to.open_store().await.unwrap();
+        to.open_store().await.unwrap();
         store.give_to("c1").await.unwrap();
-        let told = to.is_no_store().await.unwrap_err().to_string();
+        let told = to.open_store().await.unwrap_err().to_string();
         assert!(told.contains("catalogue c1"), "{told}");
         let data = tempfile::tempdir().unwrap();
         std::fs::write(data.path().join(db::FILE_NAME), "").unwrap();
         let to = Target::new(data.path().to_str().unwrap(), None, false).unwrap();
-        let told = to.is_no_store().await.unwrap_err().to_string();
+        let told = to.is_no_data_folder().unwrap_err().to_string();
         assert!(told.contains("is a data folder"), "{told}");
     }
 }

@@ -40,7 +40,7 @@ pub(crate) async fn write(
     to: &Target,
     mut wrote: impl FnMut(u64, u64),
 ) -> anyhow::Result<TreeReport> {
-    to.is_no_store().await?;
+    to.is_no_data_folder()?;
     let _no_gc = data.lock_for_writing().await?;
     // What was published while others wrote is what is to be written.
     let _alone = to.alone().await?;

@@ -267,7 +267,7 @@ fn who_publishes_into_a_tree_waits_for_whoever_does_so() {
         publish.stdout(std::process::Stdio::null()).spawn().expect("runs")
     });
     std::thread::sleep(Duration::from_millis(500));
-    assert!(!data.folder("tree/v1").exists(), "nobody has waited");
+    assert!(!data.folder("tree/o").exists(), "nobody has waited");
     drop(lock);
     for mut publish in publishing {
         assert!(publish.wait().expect("it ends").success());

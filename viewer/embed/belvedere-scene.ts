@@ -94,6 +94,11 @@ export class BelvedereScene extends HTMLElement {
     this.poster = showPoster(this, picture);
   }
 
+  private dropPoster(): void {
+    this.poster?.remove();
+    this.poster = undefined;
+  }
+
   private keepPlace(): void {
     const { src, pose } = this;
     // Who is moved twice may not have come anywhere in between.
@@ -108,16 +113,13 @@ export class BelvedereScene extends HTMLElement {
   attributeChangedCallback(_name: string, before: string | null, after: string | null): void {
     // What stands in the page's text is there before the element is connected.
     if (before === after) return;
-    if (this.poster && !(before !== null && after !== null && isSameWorld(before, after, document.baseURI))) {
-      // It shows another world.
-      this.poster.remove();
-      this.poster = undefined;
-    }
+    const isSame = after !== null && isSameWorld(before, after, document.baseURI);
+    if (!isSame) this.dropPoster();
     if (!seats.has(this)) {
       if (this.isConnected && this.attempt > 0) this.poster = showPoster(this, this.poster);
       return;
     }
-    if (this.visit && after !== null && isSameWorld(before, after, document.baseURI)) this.goOn(this.visit, after);
+    if (this.visit && isSame) this.goOn(this.visit, after);
     else void this.show();
   }
 
@@ -202,8 +204,7 @@ export class BelvedereScene extends HTMLElement {
     this.leave();
     const { attempt } = this;
     const furniture = furnish(this, () => {
-      this.poster?.remove();
-      this.poster = undefined;
+      this.dropPoster();
       this.dispatchEvent(new Event("ready"));
     });
     if (this.poster) furniture.canvas.after(this.poster);

@@ -113,8 +113,7 @@ export class Carrier {
         if (!mayPass(kind) || last || !download.isWorthAnotherTry) throw error;
         if (error instanceof StallError) this.tell(url, "stalled", attempt, error.waited_ms);
         if (kind === "broken") this.tell(url, "broken", attempt);
-        const rest_ms = this.rest.left_ms(url);
-        if (rest_ms > 0) this.tell(url, "resting", attempt, rest_ms);
+        this.tellRest(url, attempt);
         // A browser may have kept what cannot be unpacked.
         pastCache ||= kind === "broken";
         await pause(this.options.backoff_ms * 2 ** (attempt - 1), controller.signal);
@@ -242,8 +241,7 @@ export class Carrier {
       // They go alone now.
       const { url } = members[given.length] ?? {};
       if (error instanceof StallError && url) this.tell(url, "stalled", 0, error.waited_ms);
-      const rest_ms = url ? this.rest.left_ms(url) : 0;
-      if (url && rest_ms > 0) this.tell(url, "resting", 0, rest_ms);
+      if (url) this.tellRest(url, 0);
     }
     await Promise.all(given);
   }
@@ -254,6 +252,12 @@ export class Carrier {
     if (verdict === "unverified" && (promisedHash(url) || isRung(url))) this.tally.unverified += 1;
     if (verdict === "verified" || verdict === "later") this.options.shelf?.keep(url, bytes);
     return verdict !== "mismatch";
+  }
+
+  /** Says for how long the server asked to be left alone, if it did. */
+  private tellRest(url: string, attempt: number): void {
+    const rest_ms = this.rest.left_ms(url);
+    if (rest_ms > 0) this.tell(url, "resting", attempt, rest_ms);
   }
 
   private tell(url: string, how: Silence["how"], attempt: number, waited_ms = 0): void {

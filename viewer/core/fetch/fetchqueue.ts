@@ -292,8 +292,12 @@ export class FetchQueue {
 
   /** How many transfers go on. Those that wait until a server may be asked again hold up nothing else. */
   private get busy(): number {
-    const waits = (download: Download) => this.rest.isOn(download.url) && this.travels(download);
-    return [...this.transfers].filter(({ downloads }) => !downloads.every(waits)).length;
+    return [...this.transfers].filter(({ downloads }) => downloads.some((one) => this.mayBeAsked(one))).length;
+  }
+
+  /** Whether it is on the device, or its server has not asked to be left alone. */
+  private mayBeAsked(download: Download): boolean {
+    return !this.rest.isOn(download.url) || !this.travels(download);
   }
 
   private get hasRoom(): boolean {
@@ -311,8 +315,8 @@ export class FetchQueue {
 
   /** What goes next: one download, or several that come together. */
   private next(): Download[] {
-    const mayBeAsked = [...this.waiting.values()].filter((one) => !this.rest.isOn(one.url) || !this.travels(one));
-    const inLine = mayBeAsked.sort((a, b) => rankOf(a) - rankOf(b) || a.order - b.order);
+    const askable = [...this.waiting.values()].filter((one) => this.mayBeAsked(one));
+    const inLine = askable.sort((a, b) => rankOf(a) - rankOf(b) || a.order - b.order);
     if (this.breaker?.isOpen) {
       const kept = inLine.find((one) => !this.travels(one));
       const next = kept ?? this.breaker.choose(inLine, ({ priority }) => purposeOf(priority) === "document");
