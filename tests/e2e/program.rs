@@ -8,9 +8,18 @@ use std::{
     path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio},
     sync::{Arc, Mutex},
+    time::{Duration, Instant},
 };
 
 use belvedere_client::{Client, HttpSource};
+use serde_json::Value;
+
+use crate::wire::{Answer, get};
+
+/// Long enough for a bake beside much else; what takes longer hangs.
+const PATIENCE: Duration = Duration::from_secs(300);
+/// Between two looks.
+const PAUSE: Duration = Duration::from_millis(50);
 
 /// A data folder of one test; it goes with the test.
 pub(crate) struct Data {
@@ -146,16 +155,37 @@ impl Server {
 
     /// Waits until its log has these words.
     pub(crate) async fn until_it_says(&self, words: &str) {
-        for _ in 0..1200 {
-            if self.log.lock().expect("the log").contains(words) {
-                return;
+        let begun = Instant::now();
+        loop {
+            {
+                let log = self.log.lock().expect("the log");
+                if log.contains(words) {
+                    return;
+                }
+                assert!(begun.elapsed() < PATIENCE, "it does not say: {words}\n{log}");
             }
-            tokio::time::sleep(std::time::Duration::from_millis(50)).await;
+            tokio::time::sleep(PAUSE).await;
         }
-        panic!(
-            "a minute was not enough for it to say: {words}\n{}",
-            self.log.lock().expect("the log")
-        );
+    }
+
+    /// Asks for something until the answer is as it shall be.
+    pub(crate) async fn until(&self, path: &str, is_so: impl Fn(&Answer) -> bool) -> Answer {
+        let begun = Instant::now();
+        loop {
+            let answer = get(self.address(), path).await;
+            if is_so(&answer) {
+                return answer;
+            }
+            let (status, body) = (answer.status, String::from_utf8_lossy(&answer.body));
+            assert!(begun.elapsed() < PATIENCE, "{path} is still {status} {body}");
+            tokio::time::sleep(PAUSE).await;
+        }
+    }
+
+    /// The same, of something that is JSON as soon as it is there.
+    pub(crate) async fn until_shown(&self, path: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+        let is_shown = |answer: &Answer| answer.status == 200 && is_so(&answer.json());
+        self.until(path, is_shown).await.json()
     }
 
     /// Ends it without a warning.

@@ -1,6 +1,6 @@
 //! From an upload to a published scene: jobs, what goes wrong with them, and what survives a kill.
 
-use std::{net::SocketAddr, time::Duration};
+use std::net::SocketAddr;
 
 use serde_json::Value;
 
@@ -40,19 +40,8 @@ pub(crate) async fn upload_to(server: &Server, scene: &str, key: &str, text: &st
     url
 }
 
-async fn until(address: SocketAddr, url: &str, is_so: impl Fn(&Value) -> bool) -> Value {
-    for _ in 0..6000 {
-        let job = get(address, url).await.json();
-        if is_so(&job) {
-            return job;
-        }
-        tokio::time::sleep(Duration::from_millis(50)).await;
-    }
-    panic!("five minutes were not enough: {}", get(address, url).await.json());
-}
-
 pub(crate) async fn ended(server: &Server, url: &str) -> Value {
-    until(address(server), url, |job| !job["ended_at"].is_null()).await
+    server.until_shown(url, |job| !job["ended_at"].is_null()).await
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -130,10 +119,11 @@ async fn a_job_whose_server_is_killed_goes_on_with_the_next_one() {
     let server = data.serve();
     let url = upload(&server, &key, &plan).await;
     let found = data.path().join("bakes/rooms.found");
-    until(address(&server), &url, |_| {
-        std::fs::read(&found).is_ok_and(|text| text.iter().filter(|byte| **byte == b'\n').count() > 5)
-    })
-    .await;
+    server
+        .until_shown(&url, |_| {
+            std::fs::read(&found).is_ok_and(|text| text.iter().filter(|byte| **byte == b'\n').count() > 5)
+        })
+        .await;
     server.kill();
     // The child is tied to its server: it lets go of what it holds, and has published nothing.
     let held = std::fs::File::open(data.path().join("bakes/rooms.lock")).expect("the child's lock");
@@ -148,7 +138,9 @@ async fn a_job_whose_server_is_killed_goes_on_with_the_next_one() {
         .as_u64()
         .expect("a count");
     assert!(known >= 5, "it began anew: {known}");
-    until(address(&server), ROOMS, |shown| shown["revision"] == job["revision"]).await;
+    server
+        .until_shown(ROOMS, |shown| shown["revision"] == job["revision"])
+        .await;
 
     let whole = Data::new();
     let alone = whole.bake(&whole.write("rooms", &plan), "rooms");
@@ -163,7 +155,9 @@ async fn a_job_that_is_cancelled_publishes_nothing_and_the_next_one_has_its_turn
     let first = upload(&server, &key, &many_rooms(8, 8)).await;
     let second = upload(&server, &key, THREE_ROOMS).await;
     let third = upload(&server, &key, THREE_ROOMS).await;
-    until(address(&server), &first, |job| job["progress"]["stage"] == "visibility").await;
+    server
+        .until_shown(&first, |job| job["progress"]["stage"] == "visibility")
+        .await;
     assert!(data.fails(&["gc"]).contains("is being baked"), "gc ran beside a bake");
     assert_eq!(
         get(address(&server), &second).await.json()["state"],
@@ -184,7 +178,9 @@ async fn a_job_that_is_cancelled_publishes_nothing_and_the_next_one_has_its_turn
     }
     let job = ended(&server, &second).await;
     assert_eq!(job["state"], "done");
-    until(address(&server), ROOMS, |shown| shown["revision"] == job["revision"]).await;
+    server
+        .until_shown(ROOMS, |shown| shown["revision"] == job["revision"])
+        .await;
     let late = ask(
         address(&server),
         ("DELETE", &second),

@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::{
     live_wire::ask,
     nodes::many_rooms,
-    program::{Data, Server, THREE_ROOMS},
+    program::{Data, THREE_ROOMS},
     wire::{Answer, get},
 };
 
@@ -62,17 +62,6 @@ impl Postgres {
     }
 }
 
-async fn until(server: &Server, path: &str, is_so: impl Fn(&Answer) -> bool) -> Answer {
-    for _ in 0..1200 {
-        let answer = get(server.address(), path).await;
-        if is_so(&answer) {
-            return answer;
-        }
-        tokio::time::sleep(Duration::from_millis(50)).await;
-    }
-    panic!("a minute was not enough: {:?}", get(server.address(), path).await);
-}
-
 fn says(answer: &Answer, line: &str) -> bool {
     String::from_utf8_lossy(&answer.body).lines().any(|said| said == line)
 }
@@ -98,8 +87,10 @@ async fn what_is_known_is_served_while_the_database_is_away_and_all_goes_on_when
     };
 
     postgres.kill();
-    until(&server, "/metrics", |metrics| says(metrics, "belvedere_catalogue_up 0")).await;
-    until(&server, "/readyz", |ready| ready.status == 503).await;
+    server
+        .until("/metrics", |metrics| says(metrics, "belvedere_catalogue_up 0"))
+        .await;
+    server.until("/readyz", |ready| ready.status == 503).await;
     let ready = get(server.address(), "/readyz").await;
     assert_eq!(ready.status, 503);
     assert!(
@@ -127,17 +118,20 @@ async fn what_is_known_is_served_while_the_database_is_away_and_all_goes_on_when
     );
 
     postgres.again();
-    until(&server, "/readyz", |ready| ready.status == 200).await;
-    until(&server, "/metrics", |metrics| says(metrics, "belvedere_catalogue_up 1")).await;
+    server.until("/readyz", |ready| ready.status == 200).await;
+    server
+        .until("/metrics", |metrics| says(metrics, "belvedere_catalogue_up 1"))
+        .await;
     let second = bake(&THREE_ROOMS.replace('c', "."));
-    until(&server, "/v1/scenes/rooms", |shown| {
-        shown.json()["revision"] == second["revision"]
-    })
-    .await;
+    server
+        .until("/v1/scenes/rooms", |shown| {
+            shown.json()["revision"] == second["revision"]
+        })
+        .await;
     let taken = upload().await;
     assert_eq!(taken.status, 202, "{taken:?}");
     let job = taken.header("location").unwrap().to_owned();
-    let ended = until(&server, &job, |job| !job.json()["ended_at"].is_null()).await;
+    let ended = server.until(&job, |job| !job.json()["ended_at"].is_null()).await;
     assert_eq!(ended.json()["state"], "done", "{ended:?}");
     let (_, log) = server.stop();
     assert!(

@@ -3,7 +3,6 @@
 use std::{
     io::{BufRead, BufReader},
     process::Stdio,
-    time::Duration,
 };
 
 use belvedere_scene::BlobHash;
@@ -62,17 +61,6 @@ impl Shared {
     }
 }
 
-async fn until(server: &Server, path: &str, is_so: impl Fn(&Value) -> bool) -> Value {
-    for _ in 0..1200 {
-        let answer = get(server.address(), path).await;
-        if answer.status == 200 && is_so(&answer.json()) {
-            return answer.json();
-        }
-        tokio::time::sleep(Duration::from_millis(50)).await;
-    }
-    panic!("a minute was not enough: {:?}", get(server.address(), path).await);
-}
-
 fn without_secrets(server: Server) -> String {
     let (_, log) = server.stop();
     assert!(!log.contains(PASSWORD) && !log.contains("not-a-secret"), "{log}");
@@ -104,9 +92,11 @@ async fn what_one_node_publishes_another_one_serves() {
 
     let second = shared.bake(&here, &THREE_ROOMS.replace('c', "."));
     assert_ne!(first["revision"], second["revision"]);
-    until(&b, ROOMS, |shown| shown["revision"] == second["revision"]).await;
+    b.until_shown(ROOMS, |shown| shown["revision"] == second["revision"])
+        .await;
     shared.ok(&there, &["rollback", "rooms"]);
-    until(&a, ROOMS, |shown| shown["revision"] == first["revision"]).await;
+    a.until_shown(ROOMS, |shown| shown["revision"] == first["revision"])
+        .await;
     assert!(
         shared
             .ok(&there, &["gc", "--keep", "1"])
@@ -231,7 +221,7 @@ async fn what_is_baked_while_the_store_takes_nothing_waits_and_is_published_when
         (&"running".into(), &Value::Null)
     );
     faulty.set(Fault::None);
-    let ended = until(&server, &job, |job| !job["ended_at"].is_null()).await;
+    let ended = server.until_shown(&job, |job| !job["ended_at"].is_null()).await;
     assert_eq!((&ended["state"], &ended["error"]), (&"done".into(), &Value::Null));
 
     // A bake of a person waits as well, and says so.
@@ -269,7 +259,7 @@ async fn an_upload_is_baked_once_by_whoever_is_free() {
         );
     }
     for job in &jobs {
-        let ended = until(&taking, job, |job| !job["ended_at"].is_null()).await;
+        let ended = taking.until_shown(job, |job| !job["ended_at"].is_null()).await;
         assert_eq!((&ended["state"], &ended["error"]), (&"done".into(), &Value::Null));
     }
     let logs = baking.map(without_secrets);
@@ -300,9 +290,13 @@ async fn a_bake_on_another_node_can_be_cancelled_and_keeps_gc_away() {
     let taking = shared.node(&here, &["--max-bakes", "0"]);
     let baking = shared.node(&there, &[]);
     let job = upload(&taking, &key, &many_rooms(12)).await;
-    until(&baking, &job, |job| job["progress"]["stage"] == "visibility").await;
+    baking
+        .until_shown(&job, |job| job["progress"]["stage"] == "visibility")
+        .await;
     // The node that took it knows from the catalogue how far it is, and tells whoever follows it.
-    until(&taking, &job, |job| job["progress"]["stage"] == "visibility").await;
+    taking
+        .until_shown(&job, |job| job["progress"]["stage"] == "visibility")
+        .await;
     let refused = here.fails(&shared.args(&["gc"]));
     assert!(refused.contains("by another node"), "{refused}");
     let answer = ask(taking.address(), ("DELETE", &job), Some(&key), ("application/json", "")).await;
