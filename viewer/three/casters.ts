@@ -1,8 +1,9 @@
 /**
  * How is something drawn into the shadow map? By its depth alone: where it stands, from both sides, and with the holes of its leaves. What
- * is drawn by an impostor casts the shadow of the view that is nearest to the sun's.
+ * is drawn by an impostor casts the shadow of the view that is nearest to the sun's. What glows by its paint casts none: it stands for
+ * panes, through which the sun comes into a hall, and for lamps.
  *
- * One program draws all that is solid, and one more each what has holes and impostors; three.js would make others for each kind of mesh.
+ * There is one program each for what is solid, painted, has holes, and for impostors; three.js would make others for each kind of mesh.
  */
 import {
   BufferAttribute,
@@ -20,6 +21,11 @@ import {
   Texture,
 } from "three";
 import { AXES, ImpostorMaterial } from "./impostormaterial.ts";
+import { PAINT, PAINT_AT, PaintMaterial } from "./paintmaterial.ts";
+import { Palette } from "./palette.ts";
+
+/** From how much light on something glows. */
+const GLOWING = 0.15;
 
 const HEAD = /* glsl */ `precision highp float;
 precision highp int;
@@ -43,6 +49,16 @@ const SOLID_FRAGMENT = /* glsl */ `precision lowp float;
 out vec4 nothing;
 void main() {
   nothing = vec4(0.0);
+}`;
+
+const PAINTED_VERTEX = /* glsl */ `${HEAD}
+in float ${PAINT};
+uniform highp sampler2D palette;
+void main() {
+  ${PAINT_AT}
+  vec3 glow = texelFetch(palette, paintAt + ivec2(1, 0), 0).rgb;
+  projectPlace(position);
+  if (max(glow.r, max(glow.g, glow.b)) > ${GLOWING}) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
 const HOLED_VERTEX = /* glsl */ `${HEAD}
@@ -111,7 +127,7 @@ export class Casters {
   /** One of each kind that is drawn, to be prepared. */
   sample(): Object3D {
     const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(9), 3));
-    const kinds = [this.solid, holed(new Texture(), 0.5), casting(IMPOSTOR_VERTEX, IMPOSTOR_FRAGMENT)];
+    const kinds = [this.solid, painted(new Palette().uniform), holed(new Texture(), 0.5), ofImpostor()];
     return new Group().add(...kinds.map((material) => new InstancedMesh(geometry, material, 0)));
   }
 
@@ -139,10 +155,19 @@ export class Casters {
 }
 
 function casterOf(material: Material): Material | undefined {
-  if (material instanceof ImpostorMaterial) return casting(IMPOSTOR_VERTEX, IMPOSTOR_FRAGMENT, material.uniforms);
+  if (material instanceof ImpostorMaterial) return ofImpostor(material.uniforms);
+  if (material instanceof PaintMaterial) return painted(material.palette);
   const { map, alphaTest } = material as MeshStandardMaterial;
   // Only the first of a model's sets of coordinates is looked at.
   return map && alphaTest > 0 && map.channel === 0 ? holed(map, alphaTest) : undefined;
+}
+
+function ofImpostor(uniforms: Record<string, IUniform> = {}): Material {
+  return casting(IMPOSTOR_VERTEX, IMPOSTOR_FRAGMENT, uniforms);
+}
+
+function painted(palette: IUniform): Material {
+  return casting(PAINTED_VERTEX, SOLID_FRAGMENT, { palette });
 }
 
 function holed(picture: Texture, least: number): Material {

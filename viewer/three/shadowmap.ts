@@ -131,14 +131,14 @@ export class ShadowMap {
     renderer.autoClear = false;
     try {
       if (isFirst) {
-        fit(map, 0, TILES);
+        confine(map, 0, TILES);
         renderer.setRenderTarget(map);
         renderer.clear();
       }
       work?.tiles.forEach(({ camera, volume }, i) => {
         const drawn = some.flatMap((casting) => casting.castInto(volume));
         if (drawn.length === 0) return;
-        fit(map, i, 1);
+        confine(map, i, 1);
         renderer.setRenderTarget(map);
         this.as(drawn, () => renderer.render(scene, camera));
       });
@@ -166,7 +166,7 @@ export class ShadowMap {
 }
 
 /** Draws into so many tiles, from this one on. */
-function fit(map: WebGLRenderTarget, tile: number, count: number): void {
+function confine(map: WebGLRenderTarget, tile: number, count: number): void {
   map.viewport.set(0, tile * TILE_PX, TILE_PX, count * TILE_PX);
   map.scissor.copy(map.viewport);
   map.scissorTest = true;

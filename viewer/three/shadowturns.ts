@@ -35,7 +35,11 @@ export class ShadowTurns {
   }
 
   /** What is to be drawn at last, if anything is; to be asked when nothing is being drawn. */
-  due(now_ms: number, eye: Vec3, { across_m, clearance_m }: { across_m: number; clearance_m: number }): Extent | undefined {
+  due(
+    now_ms: number,
+    eye: Vec3,
+    { across_m, clearance_m }: { across_m: number; clearance_m: number },
+  ): Extent | undefined {
     const { last } = this;
     if (last && now_ms < last.at_ms + EVERY_MS) return undefined;
     const at = new Vector3(...eye);
