@@ -181,7 +181,7 @@ describe.each(["off", "on"] as const)("no program is made while a picture is dra
     show(false);
     await vi.waitUntil(() => show(true), PATIENCE);
     if (isCut) await stage.cutAbove(1);
-    expect([givenForPicture(), paint.mock.calls.length, avatars.root.children.length]).toEqual([0, 1, 3]);
+    expect([givenForPicture(), paint.mock.calls.length, avatars.root.children.length]).toEqual([0, 1, 4]);
   });
 
   it("of the first picture by a graphics card that was lost, all that stood there in it", async () => {

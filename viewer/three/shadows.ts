@@ -6,7 +6,7 @@ import { ShadowTurns } from "./shadowturns.ts";
 import type { ShadowUse } from "./shadowuse.ts";
 
 /** How much of the sun a shadow takes: light comes from walls and ground, too. */
-const DARKNESS = 0.86;
+const DARKNESS = 0.85;
 /** So long a frame draws shadows, at most, once it has begun with something. */
 const SLICE_MS = 1.5;
 

@@ -35,7 +35,7 @@ const NEAR_SHARE = 0.01;
 const NEAR_OF_CLEARANCE = 0.03;
 const MAX_PIXEL_RATIO = 2;
 /** How bright the light from all around is beside the sun. */
-const SKYLIGHT = 0.72;
+const SKYLIGHT = 0.68;
 /** Pixels are given up until the picture is so small, a share of its full width and height. */
 const LEAST_SCALE = 0.35;
 
@@ -66,7 +66,7 @@ export class Stage {
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
   private readonly renderer: WebGLRenderer;
   private readonly sky = new Sky();
-  private readonly sun = new DirectionalLight(new Color(0xfff0d9), 1.7);
+  private readonly sun = new DirectionalLight(new Color(0xffecd0), 2.2);
   /** Where they are drawn. */
   private readonly shadows: Shadows | undefined;
   private readonly programs: Programs;
@@ -358,8 +358,8 @@ export class Stage {
     this.scene.environment = skylight();
     this.scene.environmentIntensity = SKYLIGHT;
     // Two lights from unequal sides, so that walls of every direction differ in tone.
-    this.sun.position.set(0.5, 1, 0.3).normalize();
-    const fill = new DirectionalLight(new Color(0xbfd4f2), 0.6);
+    this.sun.position.set(0.55, 0.9, 0.35).normalize();
+    const fill = new DirectionalLight(new Color(0xbfd4f2), 0.55);
     fill.position.set(-0.7, 0.35, -0.4);
     this.scene.add(this.sun, fill, this.sky.mesh);
     this.scene.fog = this.sky.haze;
