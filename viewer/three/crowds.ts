@@ -137,7 +137,7 @@ export class Discs {
   /** That are as dark as the ground is on which somebody stands, and have no edge: people walk on too soon for the shadow map. */
   static shades(root: Object3D): Discs {
     const geometry = disc(SHADES);
-    const colours = new Float32Array(4 * (geometry.getAttribute("position").count));
+    const colours = new Float32Array(4 * geometry.getAttribute("position").count);
     // The middle comes first; the rim is not seen.
     colours[3] = SHADE;
     geometry.setAttribute("color", new BufferAttribute(colours, 4));
