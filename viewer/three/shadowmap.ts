@@ -84,7 +84,7 @@ export class ShadowMap {
     if (!work) return;
     const end_ms = performance.now() + ms;
     let isDone: boolean | undefined = false;
-    while (!isDone && performance.now() < end_ms) {
+    do {
       const some: Casting[] = [];
       for (let next = work.left.next(); ; next = work.left.next()) {
         isDone = next.done;
@@ -93,7 +93,7 @@ export class ShadowMap {
         if (some.length === BATCH) break;
       }
       this.draw(some, false);
-    }
+    } while (!isDone && performance.now() < end_ms);
     if (isDone) this.show(work, intensity);
   }
 

@@ -7,8 +7,8 @@ import type { ShadowUse } from "./shadowuse.ts";
 
 /** How much of the sun a shadow takes: light comes from walls and ground, too. */
 const DARKNESS = 0.85;
-/** So long a frame draws shadows, at most, once it has begun with something. */
-const SLICE_MS = 1.5;
+/** Of the time between frames shadows take this share, and so long at most, once something has begun. */
+const [SHARE, MOST_MS] = [0.1, 30];
 
 /** From where one looks. */
 export interface Look {
@@ -23,6 +23,7 @@ export class Shadows {
   private readonly map: ShadowMap;
   private readonly turns: ShadowTurns;
   private isUsed = true;
+  private lastFrame_ms = 0;
 
   constructor(
     renderer: WebGLRenderer,
@@ -43,16 +44,21 @@ export class Shadows {
     this.turns.changed();
   }
 
-  /** Draws some of them, if there is anything to draw; answers whether it did, so that what casts has to be turned to the eye again. */
+  /**
+   * Draws some of them, if there is anything to draw; answers whether those in the picture are others now. What casts stays turned to the sun
+   * until it is turned to the eye again, which is to be done before each picture.
+   */
   draw(now_ms: number, { eye, ...world }: Look, casting: Iterable<Casting>): boolean {
+    const frame_ms = now_ms - this.lastFrame_ms;
+    this.lastFrame_ms = now_ms;
     if (!this.isUsed) return false;
     if (!this.map.isBusy) {
       const extent = this.turns.due(now_ms, eye, world);
       if (!extent) return false;
       this.map.begin(extent, casting);
     }
-    this.map.step(SLICE_MS, DARKNESS);
-    return true;
+    this.map.step(Math.min(SHARE * frame_ms, MOST_MS), DARKNESS);
+    return !this.map.isBusy;
   }
 
   /** Takes in with which share of the full width and height a moving picture is drawn. */

@@ -208,7 +208,7 @@ export class Stage {
     this.shadows?.changed();
   }
 
-  /** Draws some of the shadow map, when there is something to draw; answers whether what casts shadows has to be turned to the eye again. */
+  /** Draws some of the shadow map, when there is something to draw, as `Shadows.draw`; answers whether a new picture should be drawn. */
   cast(now_ms: number, casting: Iterable<Casting>): boolean {
     const { x, y, z } = this.camera.position;
     const { across, clearance } = this.extent_m;

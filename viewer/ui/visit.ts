@@ -341,7 +341,9 @@ export class Visit {
 
   /** The picture as it is, which stays when the visit is over. */
   copy(): HTMLCanvasElement {
-    return this.parts.stage.copy();
+    const { stage } = this.parts;
+    this.host.look(this.walker.position, stage.view);
+    return stage.copy();
   }
 
   /** Brings a published file, after all that can be seen stands there. */
