@@ -66,7 +66,7 @@ export class Stage {
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
   private readonly renderer: WebGLRenderer;
   private readonly sky = new Sky();
-  private readonly sun = new DirectionalLight(new Color(0xffecd0), 2.2);
+  private readonly sun = new DirectionalLight(new Color(0xffecd0), 2);
   /** Where they are drawn. */
   private readonly shadows: Shadows | undefined;
   private readonly programs: Programs;
