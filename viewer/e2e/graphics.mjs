@@ -1,8 +1,8 @@
 /**
  * Does the page draw without waiting for the graphics card? Walks, opens and closes a door, looks behind the picture with all that the
- * inspector draws, and meets people near and far, who wear a model or not: each program is compiled before anything is drawn with it. And
- * when the graphics card is lost, does the page say so, and draw again when it is back? `BELVEDERE_URL` names a server that has the scenes
- * `doored` and `square` (`e2e/worlds`); its first scene is walked through, too. Environment: see `browser.mjs`.
+ * inspector draws, and meets people near and far, who wear a model or not, all of it with shadows: each program is compiled before anything
+ * is drawn with it. And when the graphics card is lost, does the page say so, and draw again when it is back? `BELVEDERE_URL` names a
+ * server that has the scenes `doored` and `square` (`e2e/worlds`); its first scene is walked through, too. Environment: see `browser.mjs`.
  */
 import { addressOf, insist, picture, settle, state, tell, timeout, url, watchPrograms } from "./browser.mjs";
 
@@ -12,7 +12,9 @@ const STEP_MS = 1500;
 async function begin(open, address, what) {
   const page = await open();
   await page.addInitScript(watchPrograms);
-  await page.goto(address);
+  const shaded = new URL(address);
+  shaded.searchParams.set("shadows", "on");
+  await page.goto(shaded.href);
   await settle(page, what);
   return page;
 }

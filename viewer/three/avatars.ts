@@ -51,7 +51,8 @@ interface Figure {
 export class Avatars {
   readonly root = new Group();
   private readonly figures = new Map<number, Figure>();
-  private readonly discs = new Discs(this.root);
+  private readonly discs = Discs.coloured(this.root);
+  private readonly shades = Discs.shades(this.root);
   private readonly wardrobe: Wardrobe;
   private crowd: Crowd | undefined;
   private asked = false;
@@ -109,7 +110,7 @@ export class Avatars {
       const capture = new PersonCapture(person);
       const near = new NearCrowd(person, this.root);
       const far = new FarCrowd(capture.impostor, capture.pictures, this.root);
-      const all = [near.sample(), far.sample(), this.discs.sample(), capture.sample()];
+      const all = [near.sample(), far.sample(), this.discs.sample(), this.shades.sample(), capture.sample()];
       await this.studio.prepare(new Group().add(...all));
       this.crowd = { person, near, far, capture };
     });
@@ -130,12 +131,14 @@ export class Avatars {
     const wearers = new Map<string, Somebody[]>();
     const standing: Pose = { from: person.standing, to: person.standing, share: 0 };
     const discs: { world: Matrix4; colour: Color }[] = [];
+    const afoot: Somebody[] = [];
     for (const { colour, world, far: isFarOff, dressed, drawn } of this.figures.values()) {
       if (!drawn) continue;
       const { worn } = drawn.mover;
       const somebody = { world, colour, pose: drawn.pose };
       if (worn && dressed) listed(wearers, keyOf(worn.impostor)).push(somebody);
       else people[isFarOff ? 1 : 0].push(worn ? { ...somebody, pose: standing } : somebody);
+      if (!dressed) afoot.push(somebody);
       if (this.rates) discs.push({ world, colour: new Color(rateColour(drawn.mover.period_ms)) });
     }
     near.draw(people[0]);
@@ -146,6 +149,7 @@ export class Avatars {
     far.draw(people[1]);
     this.wardrobe.draw(wearers);
     this.discs.draw(discs);
+    this.shades.draw(afoot);
   }
 
   /** Turns pictures to the eye. */

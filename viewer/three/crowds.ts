@@ -29,8 +29,12 @@ export interface Somebody {
   readonly colour: Color;
 }
 
-const DISC_RADIUS_M = 0.5;
-const ABOVE_GROUND_M = 0.03;
+/** Discs, and how high above the ground they lie. */
+const RATES = { radius_m: 0.5, above_m: 0.03 };
+const SHADES = { radius_m: 0.55, above_m: 0.02 };
+/** How dark the ground is under somebody's feet. */
+const SHADE = 0.5;
+const SIDES = 32;
 
 /** People who are drawn by their bodies. */
 export class NearCrowd {
@@ -115,12 +119,31 @@ export class FarCrowd {
   }
 }
 
-/** Discs on the ground. */
+/** Discs on the ground, of one kind. */
 export class Discs {
   private mesh: InstancedMesh | undefined;
-  private readonly material = new MeshBasicMaterial({ transparent: true, opacity: 0.7, toneMapped: false });
 
-  constructor(private readonly root: Object3D) {}
+  private constructor(
+    private readonly root: Object3D,
+    private readonly geometry: BufferGeometry,
+    private readonly material: Material,
+  ) {}
+
+  /** That tell something by their colour. */
+  static coloured(root: Object3D): Discs {
+    return new Discs(root, disc(RATES), new MeshBasicMaterial({ transparent: true, opacity: 0.7, toneMapped: false }));
+  }
+
+  /** That are as dark as the ground is on which somebody stands, and have no edge: people walk on too soon for the shadow map. */
+  static shades(root: Object3D): Discs {
+    const geometry = disc(SHADES);
+    const colours = new Float32Array(4 * geometry.getAttribute("position").count);
+    // The middle comes first; the rim is not seen.
+    colours[3] = SHADE;
+    geometry.setAttribute("color", new BufferAttribute(colours, 4));
+    const material = new MeshBasicMaterial({ transparent: true, vertexColors: true, depthWrite: false, fog: false });
+    return new Discs(root, geometry, material);
+  }
 
   /** One of what it draws. */
   sample(): Object3D {
@@ -145,11 +168,14 @@ export class Discs {
   }
 
   private make(capacity: number): InstancedMesh {
-    const disc = new CircleGeometry(DISC_RADIUS_M, 32).rotateX(-Math.PI / 2).translate(0, ABOVE_GROUND_M, 0);
-    const made = new InstancedMesh(disc, this.material, capacity);
+    const made = new InstancedMesh(this.geometry.clone(), this.material, capacity);
     made.instanceColor = new InstancedBufferAttribute(new Float32Array(3 * capacity), 3);
     return made;
   }
+}
+
+function disc({ radius_m, above_m }: typeof RATES): BufferGeometry {
+  return new CircleGeometry(radius_m, SIDES).rotateX(-Math.PI / 2).translate(0, above_m, 0);
 }
 
 function bodyGeometry({ vertices, indices, colours, own }: Person, capacity: number): BufferGeometry {

@@ -29,19 +29,29 @@ const PATIENCE = { timeout: 60_000 };
 
 let card: GraphicsCard;
 let stage: Stage;
+let isShaded = false;
+let now_ms = 0;
+/** What casts shadows. */
+const casting: ModelBatch[] = [];
 
-beforeEach(async () => {
+async function begin(shadows: "on" | "off"): Promise<void> {
   card = new GraphicsCard();
+  casting.length = 0;
+  isShaded = shadows === "on";
   vi.stubGlobal("devicePixelRatio", 1);
   vi.stubGlobal("document", { createElement: () => new GraphicsCard("SwiftShader").canvas });
-  stage = await Stage.open(card.canvas);
+  stage = await Stage.open(card.canvas, shadows);
   // What is only seldom needed is prepared beside all else.
-  await vi.waitUntil(() => card.programs >= 6, PATIENCE);
-});
+  await vi.waitUntil(() => card.programs >= (shadows === "on" ? 10 : 6), PATIENCE);
+}
 
-/** How many programs the card is given for a picture. */
+/** How many programs the card is given for a picture, and for the shadows in it. */
 function givenForPicture(): number {
   const before = card.programs;
+  stage.recast();
+  now_ms += 1000;
+  if (isShaded) while (!stage.cast(now_ms, casting));
+  for (const batch of casting) batch.look(stage.view);
   stage.render(undefined);
   return card.programs - before;
 }
@@ -94,11 +104,13 @@ async function bring(...parts: Drawn[]): Promise<ModelBatch> {
   await stage.prepare(batch.sample());
   for (const [object, place] of Object.values(PLACES).entries()) batch.stand(object, place);
   stage.add(batch.root);
-  batch.look(stage.view);
+  casting.push(batch);
   return batch;
 }
 
-describe("no program is made while a picture is drawn", () => {
+describe.each(["off", "on"] as const)("no program is made while a picture is drawn, with shadows %s,", (shadows) => {
+  beforeEach(() => begin(shadows));
+
   it.each(Object.entries(PARTS))("of a model: %s, and what comes after it", async (_name, part) => {
     expect(givenForPicture()).toBe(0);
     await bring(part());
@@ -171,7 +183,7 @@ describe("no program is made while a picture is drawn", () => {
     show(false);
     await vi.waitUntil(() => show(true), PATIENCE);
     if (isCut) await stage.cutAbove(1);
-    expect([givenForPicture(), paint.mock.calls.length, avatars.root.children.length]).toEqual([0, 1, 3]);
+    expect([givenForPicture(), paint.mock.calls.length, avatars.root.children.length]).toEqual([0, 1, 4]);
   });
 
   it("of the first picture by a graphics card that was lost, all that stood there in it", async () => {

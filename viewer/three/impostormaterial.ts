@@ -9,7 +9,7 @@
  *
  * Space: the *ball* is the model's space, moved and scaled so that the ball around the model has radius 1.
  */
-import { DoubleSide, MeshStandardMaterial, type Texture } from "three";
+import { DoubleSide, type IUniform, MeshStandardMaterial, type Texture } from "three";
 import type { Impostor } from "../core/documents/impostordocument.ts";
 
 /**
@@ -51,7 +51,7 @@ uniform float ballRadius;
 ${VARYINGS}`;
 
 /** `right` is level, and +X for an eye right above or below. */
-const AXES = /* glsl */ `
+export const AXES = /* glsl */ `
 vec3 rightOf(vec3 towards) {
   float level = length(towards.xz);
   return level > 1e-6 ? vec3(towards.z, 0.0, -towards.x) / level : vec3(1.0, 0.0, 0.0);
@@ -151,9 +151,15 @@ vec3 nonPerturbedNormal = normal;
 /** What of an impostor is asked for to draw it. */
 export type Drawable = Pick<Impostor, "mapping" | "views" | "size_px" | "frames" | "centre" | "radius">;
 
+/** A material that knows its pictures. */
+export class ImpostorMaterial extends MeshStandardMaterial {
+  /** Besides those of three.js. */
+  uniforms: Record<string, IUniform> = {};
+}
+
 /** A material that draws unit squares so. Dispose of the textures with it. */
-export function impostorMaterial(impostor: Drawable, colour: Texture, shape: Texture): MeshStandardMaterial {
-  const material = new MeshStandardMaterial({ roughness: ROUGHNESS, metalness: 0, side: DoubleSide });
+export function impostorMaterial(impostor: Drawable, colour: Texture, shape: Texture): ImpostorMaterial {
+  const material = new ImpostorMaterial({ roughness: ROUGHNESS, metalness: 0, side: DoubleSide });
   const uniforms = {
     colourAtlas: { value: colour },
     shapeAtlas: { value: shape },
@@ -163,6 +169,7 @@ export function impostorMaterial(impostor: Drawable, colour: Texture, shape: Tex
     ballCentre: { value: impostor.centre },
     ballRadius: { value: impostor.radius },
   };
+  material.uniforms = uniforms;
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader

@@ -23,6 +23,10 @@ import { impostorMaterial } from "./impostormaterial.ts";
 import { release, withRoom } from "./room.ts";
 import { Squares } from "./squares.ts";
 import type { TextureCache } from "./textures.ts";
+import type { ViewVolume } from "./viewvolume.ts";
+
+/** From here on rays are as good as parallel. */
+const SUN_M = 1e6;
 
 /** The decoded pictures of an impostor. */
 export interface Pictures {
@@ -62,6 +66,7 @@ export interface Standing {
 export class ImpostorCrowd {
   private mesh: ObjectSquares | undefined;
   private readonly material: Material;
+  private isTurnedToSun = false;
 
   private constructor(
     private readonly impostor: Impostor,
@@ -108,7 +113,16 @@ export class ImpostorCrowd {
 
   /** Turns all squares to an eye. */
   look(eye: Vec3): void {
+    this.isTurnedToSun = false;
     this.mesh?.look(eye);
+  }
+
+  /** Turns all squares to the sun, wherever they stand, and answers what draws them; to be turned to the eye again by `look`. */
+  castInto({ origin, towards }: ViewVolume): InstancedMesh[] {
+    if (!this.mesh || this.mesh.count === 0) return [];
+    if (!this.isTurnedToSun) this.mesh.look(origin.clone().addScaledVector(towards, SUN_M).toArray());
+    this.isTurnedToSun = true;
+    return [this.mesh];
   }
 
   close(): void {

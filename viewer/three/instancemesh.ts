@@ -17,6 +17,7 @@ export class InstanceMesh extends InstancedMesh {
     super(geometry, material, 0);
     this.boundingSphere = placement.nearest;
     this.matrixAutoUpdate = false;
+    this.receiveShadow = true;
     // What is out of view is not among the instances.
     this.frustumCulled = false;
   }

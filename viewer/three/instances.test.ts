@@ -39,6 +39,19 @@ function drawnBy(mesh: InstanceMesh): number[][] {
 const places = (meshes: InstanceMesh[]) => meshes.map(drawnBy);
 
 describe("instances", () => {
+  it("cast into a volume, in view or not, until they are looked at again", () => {
+    const { parts, root, meshes } = model(at(0, 0));
+    const instances = new Instances(parts, false, root);
+    instances.stand(1, at(0, -10));
+    instances.stand(2, at(0, 10));
+    instances.look(viewTo());
+    expect(instances.castInto(viewTo(Math.PI))).toEqual(meshes());
+    expect(places(meshes())).toEqual([[[0, 0, 10]]]);
+    expect(instances.castInto(viewTo(Math.PI / 2))).toEqual([]);
+    instances.look(viewTo());
+    expect(places(meshes())).toEqual([[[0, 0, -10]]]);
+  });
+
   it("have room for all, so that nothing is made anew when one turns round", () => {
     const { parts, root, meshes } = model(at(0, 0));
     const instances = new Instances(parts, false, root);

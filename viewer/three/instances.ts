@@ -86,6 +86,12 @@ export class Instances {
     if (count > 0) this.isUnknown = false;
   }
 
+  /** As `look`; answers what draws what stands there, if anything does. */
+  castInto(volume: ViewVolume): readonly InstanceMesh[] {
+    this.look(volume);
+    return this.seen.length > 0 ? this.meshes : [];
+  }
+
   /** Has the next picture give the graphics card what they take, in view or not; answers whether it had not been. */
   introduce(): boolean {
     if (!this.isUnknown) return false;

@@ -70,6 +70,12 @@ export class ModelBatch {
     for (const instances of this.instances.values()) instances.look(view);
   }
 
+  /** Turns to the sun what stands in a volume, and answers what draws that; to be turned to the eye again by `look`. */
+  castInto(volume: ViewVolume): Mesh[] {
+    const alone = [...this.alone.values()].flat().filter((node) => node instanceof InstancedMesh);
+    return [...[...this.instances.values()].flatMap((instances) => instances.castInto(volume)), ...alone];
+  }
+
   /** Has the next picture give the graphics card what it takes, in view or not; answers whether something of that was new. */
   introduce(): boolean {
     return [...this.instances.values()].map((instances) => instances.introduce()).includes(true);
@@ -139,6 +145,7 @@ function copyOf(part: Drawn, object: number): Drawn {
         part.material,
       );
   copy.matrixAutoUpdate = false;
+  copy.receiveShadow = true;
   copy.userData.object = object;
   return copy;
 }

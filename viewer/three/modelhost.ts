@@ -12,6 +12,7 @@ import type { Part } from "../core/strategy/residency.ts";
 import { ImpostorCrowd, standingAt } from "./impostors.ts";
 import { batchedAt, type ModelBatch } from "./modelbatch.ts";
 import { ModelTemplates, type Template } from "./modeltemplates.ts";
+import type { Casting } from "./shadowmap.ts";
 import { TextureCache } from "./textures.ts";
 import type { ViewVolume } from "./viewvolume.ts";
 
@@ -120,6 +121,12 @@ export class ThreeModelHost implements ModelHost {
       for (const { batch } of templates.values()) batch.look(view);
     }
     this.introduce();
+  }
+
+  /** What casts shadows. */
+  *casting(): Generator<Casting> {
+    for (const templates of Object.values(this.templates)) for (const { batch } of templates.values()) yield batch;
+    yield* this.crowds.values();
   }
 
   show(objects: readonly PlacedObject[]): void {

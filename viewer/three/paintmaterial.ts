@@ -24,15 +24,28 @@ attribute float ${PAINT};
 uniform sampler2D palette;
 ${VARYINGS}`;
 
-const LOOK_UP = /* glsl */ `
+/** Where the palette has the first of a paint's two texels. */
+export const PAINT_AT = /* glsl */ `
 ivec2 paintAt = ivec2(2 * (int(${PAINT}) % ${PAINTS_IN_ROW}), int(${PAINT}) / ${PAINTS_IN_ROW});
-vColourRoughness = texelFetch(palette, paintAt, 0);
+`;
+
+const LOOK_UP = /* glsl */ `${PAINT_AT}vColourRoughness = texelFetch(palette, paintAt, 0);
 vEmissionMetalness = texelFetch(palette, paintAt + ivec2(1, 0), 0);
 `;
 
+/** A material that knows its palette. */
+export class PaintMaterial extends MeshStandardMaterial {
+  constructor(
+    readonly palette: { readonly value: Texture },
+    finish: Finish,
+  ) {
+    super(finish);
+  }
+}
+
 /** A material that takes its paints from a palette. */
-export function paintMaterial(palette: { readonly value: Texture }, finish: Finish): MeshStandardMaterial {
-  const material = new MeshStandardMaterial(finish);
+export function paintMaterial(palette: { readonly value: Texture }, finish: Finish): PaintMaterial {
+  const material = new PaintMaterial(palette, finish);
   material.onBeforeCompile = (shader) => {
     shader.uniforms.palette = palette;
     shader.vertexShader = shader.vertexShader

@@ -45,6 +45,7 @@ export class Squares extends InstancedMesh {
     const geometry = new PlaneGeometry(2, 2);
     super(geometry, material, capacity);
     this.matrixAutoUpdate = false;
+    this.receiveShadow = true;
     const attribute = (size: number) =>
       new InstancedBufferAttribute(new Float32Array(size * capacity), size).setUsage(DynamicDrawUsage);
     this.numbers = {

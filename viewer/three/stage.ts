@@ -19,6 +19,10 @@ import { type Bounds, diagonal_m, type Vec3 } from "../core/basics/geometry.ts";
 import { Resolution } from "../core/pace/resolution.ts";
 import type { Eye } from "../core/strategy/sight.ts";
 import { nextTask, Programs, rarerMeshes, usualMeshes } from "./programs.ts";
+import { shade } from "./shading.ts";
+import type { Casting } from "./shadowmap.ts";
+import { Shadows } from "./shadows.ts";
+import { ShadowUse, type Wish } from "./shadowuse.ts";
 import { Sky } from "./sky.ts";
 import { skylight } from "./skylight.ts";
 import { ViewVolume } from "./viewvolume.ts";
@@ -31,9 +35,11 @@ const NEAR_SHARE = 0.01;
 const NEAR_OF_CLEARANCE = 0.03;
 const MAX_PIXEL_RATIO = 2;
 /** How bright the light from all around is beside the sun. */
-const SKYLIGHT = 0.72;
+const SKYLIGHT = 0.68;
 /** Pixels are given up until the picture is so small, a share of its full width and height. */
 const LEAST_SCALE = 0.35;
+
+shade();
 
 /** This browser or machine cannot draw with WebGL. Says what to do, since whoever embeds a world is handed it as it is. */
 export class NoWebGlError extends Error {
@@ -60,6 +66,9 @@ export class Stage {
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
   private readonly renderer: WebGLRenderer;
   private readonly sky = new Sky();
+  private readonly sun = new DirectionalLight(new Color(0xffecd0), 2);
+  /** Where they are drawn. */
+  private readonly shadows: Shadows | undefined;
   private readonly programs: Programs;
   private readonly resolution = new Resolution(LEAST_SCALE);
   private movingScale = 1;
@@ -70,17 +79,20 @@ export class Stage {
   private top_m: number | undefined;
   /** The near plane is no nearer, and the far plane no nearer either. */
   private least_m = { near: NEAR_M, far: 2000 };
+  /** Of the world, from corner to corner, and to the nearest thing that can be seen. */
+  private readonly extent_m = { across: 0, clearance: 0 };
 
-  /** Answers when it can draw. */
-  static async open(canvas: HTMLCanvasElement): Promise<Stage> {
+  /** Answers when it can draw. Whether shadows of the sun are drawn one may say; else it depends on the machine. */
+  static async open(canvas: HTMLCanvasElement, shadows?: Wish): Promise<Stage> {
     const fast = hasFastGraphics();
+    const coarse = globalThis.matchMedia?.("(pointer: coarse)").matches ?? false;
     // Each of these waits for the graphics card, and is a task of its own.
     await nextTask();
-    const stage = new Stage(canvas, fast);
+    const stage = new Stage(canvas, fast, ShadowUse.on(shadows, { fast, coarse }));
     await nextTask();
     // It asks for this with the first picture of a texture otherwise, and waits.
     stage.renderer.capabilities.getMaxAnisotropy();
-    await Promise.all([stage.prepare(stage.sky.mesh), stage.prepare(usualMeshes())]);
+    await Promise.all([stage.sky.mesh, usualMeshes(), ...stage.casters()].map((root) => stage.prepare(root)));
     // Who begins now does so in a task of its own, and does not wait for what is seldom needed.
     await nextTask();
     void nextTask().then(() => stage.programs.prepareAhead(rarerMeshes()));
@@ -91,6 +103,7 @@ export class Stage {
   private constructor(
     private readonly canvas: HTMLCanvasElement,
     fast: boolean,
+    use: ShadowUse,
   ) {
     // As large as it will be: to change that later takes long.
     canvas.width = Math.max(1, Math.floor(canvas.clientWidth * this.pixelRatio()));
@@ -106,6 +119,7 @@ export class Stage {
     this.scene.matrixAutoUpdate = false;
     // What is wrong with a program is said where it is prepared: to ask while one draws takes a while.
     this.renderer.debug.checkShaderErrors = false;
+    if (use.starts) this.shadows = new Shadows(this.renderer, this.sun, use);
     this.programs = new Programs(this.renderer, this.scene, this.camera);
     this.renderer.domElement.addEventListener("webglcontextlost", () => {
       this.losses += 1;
@@ -138,6 +152,7 @@ export class Stage {
   /** Fits the near and the far plane, and the haze, to a world. */
   fit(bounds: Bounds): void {
     const across_m = diagonal_m(bounds);
+    this.extent_m.across = across_m;
     this.least_m = {
       near: across_m > 0 ? Math.min(NEAR_M, NEAR_SHARE * across_m) : NEAR_M,
       far: Math.max(200, across_m * 2),
@@ -157,6 +172,7 @@ export class Stage {
    */
   reach(nearest_m: number, furthest_m: number): void {
     const { camera, least_m } = this;
+    this.extent_m.clearance = nearest_m;
     const far = Math.max(least_m.far, furthest_m);
     const near = Math.min(Math.max(least_m.near, NEAR_OF_CLEARANCE * nearest_m), far * NEAR_OF_CLEARANCE);
     if (near === camera.near && far === camera.far) return;
@@ -187,8 +203,26 @@ export class Stage {
     return true;
   }
 
+  /** Has the shadow map drawn anew, soon: what casts shadows has changed. */
+  recast(): void {
+    this.shadows?.changed();
+  }
+
+  /** Draws some of the shadow map, when there is something to draw, as `Shadows.draw`; answers whether a new picture should be drawn. */
+  cast(now_ms: number, casting: Iterable<Casting>): boolean {
+    const { x, y, z } = this.camera.position;
+    const { across, clearance } = this.extent_m;
+    const look = { eye: [x, y, z] as const, across_m: across, clearance_m: clearance };
+    return !this.isRenewing && (this.shadows?.draw(now_ms, look, casting) ?? false);
+  }
+
+  private casters(): Object3D[] {
+    return this.shadows ? [this.shadows.sample()] : [];
+  }
+
   /** Gives the graphics card back. */
   close(): void {
+    this.shadows?.dispose();
     this.scene.environment?.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
@@ -266,7 +300,10 @@ export class Stage {
 
   /** Draws. `frame_ms` is how long the frame before took when it was one of the same motion, else `undefined`. */
   render(frame_ms: number | undefined): void {
-    if (frame_ms !== undefined) this.movingScale = this.resolution.after(frame_ms);
+    if (frame_ms !== undefined) {
+      this.movingScale = this.resolution.after(frame_ms);
+      this.shadows?.after(this.movingScale);
+    }
     if (!this.isRenewing) this.renderer.render(this.scene, this.camera);
   }
 
@@ -292,6 +329,7 @@ export class Stage {
     }
     if (losses !== this.losses) return false;
     this.isRenewing = false;
+    this.shadows?.renew();
     for (const painting of this.paintings) painting.draw(this.renderer);
     return true;
   }
@@ -320,11 +358,10 @@ export class Stage {
     this.scene.environment = skylight();
     this.scene.environmentIntensity = SKYLIGHT;
     // Two lights from unequal sides, so that walls of every direction differ in tone.
-    const sun = new DirectionalLight(new Color(0xfff0d9), 1.7);
-    sun.position.set(0.5, 1, 0.3);
-    const fill = new DirectionalLight(new Color(0xbfd4f2), 0.6);
+    this.sun.position.set(0.55, 0.9, 0.35).normalize();
+    const fill = new DirectionalLight(new Color(0xbfd4f2), 0.55);
     fill.position.set(-0.7, 0.35, -0.4);
-    this.scene.add(sun, fill, this.sky.mesh);
+    this.scene.add(this.sun, fill, this.sky.mesh);
     this.scene.fog = this.sky.haze;
   }
 }

@@ -11,12 +11,15 @@ export class ViewVolume {
    * near stand still while one walks, also kilometres from the origin of the world.
    */
   readonly origin: Vector3;
+  /** From what is ahead to the eye, of length 1. */
+  readonly towards: Vector3;
   private readonly sides = new Float64Array(SIDES * NUMBERS);
   /** The same for the plane of the eye. */
   private readonly ahead: Vector4;
 
   /** Of a camera whose matrices are up to date. */
   constructor({ matrixWorld, projectionMatrix, matrixWorldInverse, coordinateSystem, reversedDepth }: Camera) {
+    this.towards = new Vector3().setFromMatrixColumn(matrixWorld, 2).normalize();
     this.origin = new Vector3()
       .setFromMatrixPosition(matrixWorld)
       .divideScalar(ORIGINS_M)

@@ -92,9 +92,15 @@ interface Network {
   readonly toast: Toast;
 }
 
+/** What the page's address says of a way of drawing, if it says anything. */
+function wishOf(name: string): "on" | "off" | undefined {
+  const wish = new URL(location.href).searchParams.get(name);
+  return wish === "on" || wish === "off" ? wish : undefined;
+}
+
 /** Whether the page's address leaves a way of drawing on. */
 function isUsed(name: string): boolean {
-  return new URL(location.href).searchParams.get(name) !== "off";
+  return wishOf(name) !== "off";
 }
 
 function start(stage: Stage, opened: Opened, network: Network): void {
@@ -223,7 +229,7 @@ async function main(): Promise<void> {
     reopening = openWhenPossible(() => unlessForbidden(tree, openScene(queue, tree, new URL(location.href))), base);
     const opening = Promise.all([reopening.opened, decoderReady()]);
     opening.catch(() => {});
-    const stage = await Stage.open(element("view", HTMLCanvasElement));
+    const stage = await Stage.open(element("view", HTMLCanvasElement), wishOf("shadows"));
     const [opened] = await opening;
     hideProblem();
     start(stage, opened, { log, throttle, toast });

@@ -85,6 +85,7 @@ export class Visit {
   private readonly host = new ThreeModelHost(
     () => {
       this.dirty = true;
+      this.parts.stage.recast();
     },
     (root) => this.prepare(root),
   );
@@ -340,7 +341,9 @@ export class Visit {
 
   /** The picture as it is, which stays when the visit is over. */
   copy(): HTMLCanvasElement {
-    return this.parts.stage.copy();
+    const { stage } = this.parts;
+    this.host.look(this.walker.position, stage.view);
+    return stage.copy();
   }
 
   /** Brings a published file, after all that can be seen stands there. */
@@ -434,9 +437,9 @@ export class Visit {
       this.explorer.follow(this.eye, this.motion.velocity_mps);
     }
     this.work.add(walked_ms + performance.now() - resized_ms);
-    const { dirty } = this;
+    if (this.dirty) this.reach();
+    const dirty = stage.cast(now_ms, this.host.casting()) || this.dirty;
     this.dirty = false;
-    if (dirty) this.reach();
     if (dirty) this.host.look(this.walker.position, stage.view);
     // Fewer pixels would not have what streaming takes end sooner.
     if (dirty) stage.render(this.drewLastFrame && moving ? Math.max(0, frame_ms - streamed_ms) : undefined);
