@@ -82,7 +82,7 @@ export function explainSilence({ how, attempt, attempts, waited_ms }: Silence, {
   if (how === "broken") {
     return `Some of what comes from ${host} is cut or damaged on the way. It is asked for again (${attempt + 1} of ${attempts}), and what is here stays.`;
   }
-  if (how === "resting") {
+  if (how === "backing off") {
     return `${host} has more to do than it can just now, and asked to wait for ${writeSeconds(waited_ms)}. Then it is asked again, and what is here stays.`;
   }
   if (how === "quiet") {
