@@ -220,8 +220,9 @@ export function showProblem(
   setProblem(true);
   // Who has been told of a problem may be elsewhere in it when another try fails.
   if (retry && !isNew) return;
-  if (retry) button.focus();
-  else element("problem-links", HTMLUListElement).querySelector("a")?.focus();
+  const way = retry ? button : element("problem-links", HTMLUListElement).querySelector("a");
+  // Also where there is no way out, so that who listens hears of it.
+  (way ?? element("problem-card", HTMLDivElement)).focus();
 }
 
 /** Says that it is tried again. */
