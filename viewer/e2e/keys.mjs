@@ -245,8 +245,8 @@ await tell("keys", async (open) => {
   await throughTheDoor(page);
   await look(page);
   await panels(page);
-  await message(page);
   await described(page);
+  await message(page);
   const { problems } = await state(page);
   insist(problems.length === 0, `the viewer reports: ${problems.join("; ")}`);
   await inElement(open);
