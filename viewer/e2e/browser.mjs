@@ -102,6 +102,7 @@ export async function tell(name, story) {
     await story(async (options = DESKTOP, forgive = /^$/) => {
       browser ??= await launch();
       const page = await browser.newPage(options);
+      page.setDefaultTimeout(timeout);
       page.on("console", (message) => {
         if (message.type() === "error" && !forgive.test(message.text())) complaints.push(message.text());
       });

@@ -1,6 +1,7 @@
 /**
  * Can a page have more worlds than a browser has graphics contexts? Shows more of them than may draw at once, scrolls from the first to the
- * last and back: what is in view draws, what gave its room away shows its last picture, and is where it was when it draws again.
+ * last and back: what is in view draws, what gave its room away shows its last picture, and is where it was when it draws again. Keys that went
+ * to it still do, and what is out of view asks for no frames.
  * Environment: see `browser.mjs`.
  */
 import { insist, picture, tell, timeout, url } from "./browser.mjs";
@@ -29,8 +30,76 @@ const scrollTo = (page, number) =>
 const ready = (page, number) =>
   page.waitForFunction((i) => window.ready.has(document.querySelectorAll("belvedere-scene")[i]), number, { timeout });
 
+/** Which of them has the focus, and whether that is at what draws; −1 where none has. */
+const focused = (page) =>
+  page.evaluate(() => {
+    const at = [...document.querySelectorAll("belvedere-scene")].indexOf(document.activeElement);
+    const canvas = document.activeElement?.shadowRoot?.activeElement;
+    return `${at} ${canvas?.classList.contains("poster") ? "poster" : canvas?.localName}`;
+  });
+
+/** Who is in a world goes on there by keys when it has made room for others, and when it draws again. */
+async function keepFocus(page) {
+  await scrollTo(page, 0);
+  await page.locator("belvedere-scene canvas").first().focus();
+  insist((await focused(page)) === "0 canvas", `the focus is at ${await focused(page)}`);
+  for (let i = 1; i < WORLDS; i += 1) await scrollTo(page, i);
+  insist((await states(page))[0] === "picture", `the first has not made room: ${await states(page)}`);
+  insist((await focused(page)) === "0 poster", `the focus of who makes room is at ${await focused(page)}`);
+  await page.evaluate(() => window.ready.clear());
+  await scrollTo(page, 0);
+  await ready(page, 0);
+  insist((await focused(page)) === "0 canvas", `the focus of who draws again is at ${await focused(page)}`);
+  const { yaw } = await page.evaluate(() => document.activeElement.pose);
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction((before) => document.activeElement.pose.yaw !== before, yaw, { timeout });
+  // A picture is reached by keys, too, and then draws.
+  const at = (await states(page)).findLastIndex((one) => one !== "draws");
+  await page.evaluate((i) => {
+    window.ready.clear();
+    document.querySelectorAll("belvedere-scene")[i].focus();
+  }, at);
+  await ready(page, at);
+  insist((await focused(page)) === `${at} canvas`, `the focus of who was reached by keys is at ${await focused(page)}`);
+}
+
+/** Frames are asked for by who is in view or has the focus alone. */
+async function restOutOfView(page) {
+  await page.evaluate(() => {
+    document.activeElement.blur();
+    const below = document.createElement("div");
+    below.style = "height: 3000px";
+    document.body.append(below);
+    scrollTo(0, document.body.scrollHeight);
+  });
+  const asked = () => page.evaluate(() => window.asked);
+  await page
+    .waitForFunction(
+      () => {
+        const [before, since_ms] = window.quiet ?? [];
+        if (before !== window.asked) window.quiet = [window.asked, performance.now()];
+        return performance.now() - since_ms > 1000;
+      },
+      undefined,
+      // Not by frames, which it would ask for itself.
+      { timeout, polling: 100 },
+    )
+    .catch(async () => insist(false, `worlds out of view go on asking for frames: ${await asked()}`));
+  const before = await asked();
+  await scrollTo(page, 0);
+  await page.waitForFunction((count) => window.asked > count + 10, before, { timeout, polling: 100 });
+}
+
 await tell("embeds", async (open) => {
   const page = await open();
+  await page.addInitScript(() => {
+    window.asked = 0;
+    const ask = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (frame) => {
+      window.asked += 1;
+      return ask(frame);
+    };
+  });
   const warnings = [];
   page.on("console", (message) => /WebGL context/i.test(message.text()) && warnings.push(message.text()));
   await page.goto(new URL("embed/example.html", url).href);
@@ -72,5 +141,7 @@ await tell("embeds", async (open) => {
   insist(JSON.stringify(again) === JSON.stringify(moved), "who draws again is elsewhere");
   insist(warnings.length === 0, `the browser took contexts away: ${warnings[0]}`);
   await page.screenshot({ path: picture("embeds") });
+  await keepFocus(page);
+  await restOutOfView(page);
   console.log("a page shows more worlds than may draw at once");
 });

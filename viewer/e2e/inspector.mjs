@@ -52,6 +52,18 @@ async function freeze(page) {
   insist(back.mode === before.mode, `one comes back in mode ${back.mode}`);
 }
 
+/** Who reads the table of an object, cell by cell, is not thrown out of it while it says the same; and parts of the inspector have headings. */
+async function readAloud(page) {
+  await page.waitForFunction(() => window.belvedere.state().pending === 0, undefined, { timeout });
+  const table = page.getByRole("table", { name: "How it can be drawn" });
+  await page.waitForTimeout(500);
+  const cell = await table.getByRole("rowheader").first().elementHandle();
+  await page.waitForTimeout(1000);
+  insist(await cell.evaluate((it) => it.isConnected), "a table that says the same is made anew");
+  const parts = await page.locator("#inspector").getByRole("heading", { level: 3 }).count();
+  insist(parts === 7, `${parts} parts of the inspector have headings`);
+}
+
 async function pretendSlowLine(page) {
   await page.getByLabel("Pretend that the line is").selectOption("56k");
   const started = await state(page);
@@ -129,6 +141,7 @@ await tell("inspector", async (open) => {
   if (start.visible < start.objects) await freeze(page);
   await page.mouse.click(500, 400);
   await says(page, "picked", /^o\d+ “.*”, model m\d+/);
+  await readAloud(page);
   await pretendSlowLine(page);
   await page.locator("#view").focus();
   await page.keyboard.press("KeyI");

@@ -47,6 +47,8 @@ async function throughTheDoor(page) {
   await closed(page, 0);
   await page.locator("#door").filter({ hasText: "close door “leaf”" }).waitFor({ timeout });
   await hear(page, /Enter: close door “leaf”/);
+  // The key is told as a shortcut, and is not part of the name.
+  await page.getByRole("button", { name: "close door “leaf”", exact: true }).waitFor({ timeout });
   await page.keyboard.press("Enter");
   await closed(page, 1);
   await hear(page, /door “leaf” is closed now/);
@@ -109,16 +111,42 @@ async function panels(page) {
   await page.locator("#map canvas").focus();
   await page.keyboard.press("Escape");
   insist(await map.isHidden(), "Escape does not close the map");
-  insist(await inTheWorld(page), "after the map the focus is lost");
+  const origin = await page.evaluate(() => document.activeElement?.id);
+  insist(origin === "map-toggle", `after the map the focus is at ${origin}`);
+  for (const [key, name, inside] of [
+    ["KeyM", "map", "#map canvas"],
+    ["KeyI", "inspector", "#inspector .close"],
+  ]) {
+    await page.locator("#view").focus();
+    await page.keyboard.press(key);
+    await hear(page, new RegExp(`The ${name} is open`));
+    await page.locator(inside).focus();
+    await page.keyboard.press("Escape");
+    insist(await page.locator(inside).isHidden(), `Escape does not close the ${name}`);
+    insist(await inTheWorld(page), `after the ${name} the focus is lost`);
+  }
   await page.locator("#map-toggle").click();
   await map.waitFor({ timeout });
   insist(await inTheWorld(page), "who clicks a button cannot go on by keys");
   await page.locator("#map-toggle").click();
 }
 
+/** A message is heard, and who answers it by keys is in the world when it has gone. */
+async function message(page) {
+  await page.evaluate(() => {
+    location.hash = "#p=5000,1.65,5000&yaw=0&pitch=0";
+  });
+  const message = page.getByRole("region", { name: "Message" });
+  await hear(page, /This link leads out of the world/);
+  await message.getByRole("button", { name: "Go to the start" }).focus();
+  await page.keyboard.press("Enter");
+  await message.waitFor({ state: "hidden", timeout });
+  insist(await inTheWorld(page), "after a message the focus is lost");
+}
+
 /** What a screen reader finds at the canvas, and in which order Tab goes through the page. */
 async function described(page) {
-  const canvas = page.getByRole("application", { name: "doored" });
+  const canvas = page.getByRole("main").getByRole("application", { name: "doored" });
   await canvas.waitFor({ timeout });
   await page
     .locator("#picture")
@@ -218,6 +246,7 @@ await tell("keys", async (open) => {
   await look(page);
   await panels(page);
   await described(page);
+  await message(page);
   const { problems } = await state(page);
   insist(problems.length === 0, `the viewer reports: ${problems.join("; ")}`);
   await inElement(open);

@@ -95,8 +95,8 @@ async function nameControls(page, where) {
 async function hitControls(page, where, touch) {
   const least = touch ? TARGET_PX.touch : TARGET_PX.mouse;
   const small = await page.evaluate((px) => {
-    const controls = [...document.querySelectorAll("#page :is(button, select)")];
-    const sized = controls.map((one) => [one.getAttribute("aria-label") ?? one.id, one.getBoundingClientRect()]);
+    const controls = [...document.querySelectorAll(":is(button, select, summary, a, .toggle)")];
+    const sized = controls.map((one) => [one.id || one.title || one.textContent, one.getBoundingClientRect()]);
     return sized.filter(([, box]) => box.width > 0 && Math.min(box.width, box.height) < px).map(([name]) => name);
   }, least);
   insist(small.length === 0, `${where}: smaller than ${least} px are ${small.join(", ")}`);
@@ -116,7 +116,7 @@ async function panels(page, name, touch) {
   await button(page, "How to move").click();
   await roomFor(page, `${name}-help`, "help", "tools");
   await nameControls(page, `${name} with its help`);
-  await page.keyboard.press("Escape");
+  await closeFromItsEnd(name, page.locator("#help"), button(page, "Close the help"));
   for (const fold of FOLDS) {
     if ((await button(page, fold).getAttribute("aria-expanded")) === "false") await button(page, fold).click();
     await button(page, fold).click();
@@ -148,8 +148,7 @@ async function panels(page, name, touch) {
   await roomFor(page, `${name}-inspector-map`, "map", "tools");
   await button(page, "Map").click();
   if (await page.locator("#inspector").isHidden()) await button(page, "Inspector").click();
-  await button(page, "Close the inspector").click();
-  insist(await page.locator("#inspector").isHidden(), `${name}: the inspector does not close`);
+  await closeFromItsEnd(name, page.locator("#inspector"), button(page, "Close the inspector"));
   await page.reload();
   await settle(page, "the same again");
   insist(await page.locator("#figures").isHidden(), `${name}: it is forgotten what was folded`);
@@ -204,6 +203,30 @@ async function atDoor(page, name, touch) {
     await touching(page, 20, page.viewportSize().height / 2, () => roomFor(page, `${name}-door-stick`, "stick"));
 }
 
+/** What keeps the page from opening can be read to its end, and each way out be hit. */
+async function problem(page, name, touch) {
+  await page.goto(addressOf("nowhere"));
+  await page.getByRole("alertdialog", { name: "There is no scene called" }).waitFor({ timeout });
+  await page.waitForTimeout(400);
+  await page.screenshot({ path: picture(`layout-${name}-problem`) });
+  await hitControls(page, `${name} with a problem`, touch);
+  const { height } = page.viewportSize();
+  for (const id of ["problem-retry", "problem-title"]) {
+    await page.locator(`#${id}`).scrollIntoViewIfNeeded();
+    const box = await page.locator(`#${id}`).boundingBox();
+    insist(box.y >= 0 && box.y + box.height <= height, `${name}: one cannot scroll to ${id}: ${JSON.stringify(box)}`);
+  }
+}
+
+/** Wherever one has scrolled to in a panel, it can be closed. */
+async function closeFromItsEnd(name, panel, close) {
+  await panel.evaluate((it) => it.scrollTo(0, it.scrollHeight));
+  const [outer, inner] = [await panel.boundingBox(), await close.boundingBox()];
+  insist(inner.y >= outer.y, `${name}: the way out of a panel is scrolled away`);
+  await close.click();
+  insist(await panel.isHidden(), `${name}: a panel does not close from its end`);
+}
+
 /** Where the system chooses the colours, one's own place stands on the map in the ink of its text. */
 async function inForcedColours(page) {
   await page.goto(url);
@@ -234,6 +257,9 @@ await tell("layout", async (open) => {
     await panels(page, name, options.hasTouch);
     await atDoor(page, name, options.hasTouch);
     await page.close();
+    const lost = await open(options, /status of 404/);
+    await problem(lost, name, options.hasTouch);
+    await lost.close();
   }
   const forced = await open({ viewport: { width: 1280, height: 800 }, forcedColors: "active" });
   await inForcedColours(forced);

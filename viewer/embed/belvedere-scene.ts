@@ -29,7 +29,7 @@ import { Visit } from "../ui/visit.ts";
 import { Attention, isTyping } from "./attention.ts";
 import type { Caption } from "./caption.ts";
 import { type Furniture, furnish, HOW_TO_MOVE } from "./furniture.ts";
-import { showPoster } from "./poster.ts";
+import { coverWith, showPoster } from "./poster.ts";
 import { isSameWorld } from "./sameworld.ts";
 import { Seats } from "./seats.ts";
 import { takeEarly } from "./upgrade.ts";
@@ -40,7 +40,11 @@ const attention = new Attention<BelvedereScene>(() => isTyping(document.activeEl
 /** So many draw at once. */
 const seats = new Seats<BelvedereScene>(matchMedia("(pointer: coarse)").matches ? 3 : 8);
 const views = new IntersectionObserver((changes) => {
-  for (const { target, isIntersecting } of changes) seats.sees(target as BelvedereScene, isIntersecting);
+  for (const { target, isIntersecting } of changes) {
+    const one = target as BelvedereScene;
+    seats.sees(one, isIntersecting);
+    one.watch();
+  }
 });
 
 /** The server of a tree that is shown by a page of whoever. */
@@ -61,6 +65,11 @@ export class BelvedereScene extends HTMLElement {
   private poster: HTMLCanvasElement | undefined;
   /** Which attempt to show something is the current one. */
   private attempt = 0;
+
+  constructor() {
+    super();
+    for (const name of ["focusin", "focusout"]) this.addEventListener(name, () => this.watch());
+  }
 
   connectedCallback(): void {
     addEventListener("online", this.retry);
@@ -90,8 +99,20 @@ export class BelvedereScene extends HTMLElement {
   rests(): void {
     this.keepPlace();
     const picture = this.visit?.copy() ?? this.poster;
+    const { hasFocus } = this;
     this.leave();
     this.poster = showPoster(this, picture);
+    if (hasFocus) this.focus({ preventScroll: true });
+  }
+
+  /** Whether anybody may see it: it is in view, or keys go to it. */
+  private get isWatched(): boolean {
+    return seats.isInView(this) || this.hasFocus;
+  }
+
+  /** Has frames drawn for whoever watches it. */
+  watch(): void {
+    this.visit?.watch(this.isWatched);
   }
 
   private dropPoster(): void {
@@ -133,7 +154,7 @@ export class BelvedereScene extends HTMLElement {
   }
 
   override focus(options?: FocusOptions): void {
-    this.canvas?.focus(options);
+    (this.canvas ?? this.poster)?.focus(options);
   }
 
   /** Where the eye is, once the scene is open; while others draw, where it was and will be. */
@@ -201,16 +222,19 @@ export class BelvedereScene extends HTMLElement {
   }
 
   private async show(): Promise<void> {
+    const { hasFocus } = this;
     this.leave();
     const { attempt } = this;
     const furniture = furnish(this, () => {
       this.dropPoster();
       this.dispatchEvent(new Event("ready"));
     });
-    if (this.poster) furniture.canvas.after(this.poster);
     const { canvas, caption } = furniture;
+    if (this.poster) coverWith(canvas, this.poster);
     for (const name of ["pointerdown", "focus"]) canvas.addEventListener(name, () => attention.uses(this));
     [this.canvas, this.caption] = [canvas, caption];
+    // What had it has gone.
+    if (hasFocus) this.focus({ preventScroll: true });
     let server = behind(new URL(location.href));
     try {
       const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
@@ -286,7 +310,7 @@ export class BelvedereScene extends HTMLElement {
     const controls = new Controls(canvas, stick, {
       keys: this,
       over,
-      hearsPads: () => attention.has(this),
+      hearsPads: () => this.isWatched && attention.has(this),
       turn: (yaw, pitch) => visit.turn(yaw, pitch),
       command: (command) => {
         if (command === "fly") visit.toggleFly();
@@ -305,6 +329,7 @@ export class BelvedereScene extends HTMLElement {
       return false;
     });
     visit.begin(controls);
+    visit.watch(this.isWatched);
     return visit;
   }
 

@@ -41,6 +41,11 @@ export class Seats<T extends Seated> {
     this.fill();
   }
 
+  /** Whether it was in view when that was told last. */
+  isInView(one: T): boolean {
+    return this.inView.has(one);
+  }
+
   /** Whether it may draw. */
   has(one: T): boolean {
     return this.drawing.has(one);

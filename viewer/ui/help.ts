@@ -1,12 +1,12 @@
 /** How does one learn what can be done here? A panel with all keys, and one line for who has just come. */
 import { element } from "./elements.ts";
-import { keepFocus } from "./focus.ts";
+import { Disclosure, keepFocus } from "./focus.ts";
 
 export class HelpPanel {
   private readonly panel = element("help", HTMLElement);
   private readonly button = element("help-toggle", HTMLButtonElement);
   private readonly intro = element("intro", HTMLParagraphElement);
-  private before: Element | null = null;
+  private readonly disclosure = new Disclosure(this.panel);
 
   /** Hears of opening and closing. */
   constructor(private readonly toggled: (open: boolean) => void) {
@@ -15,21 +15,19 @@ export class HelpPanel {
   }
 
   get open(): boolean {
-    return !this.panel.hidden;
+    return this.disclosure.open;
   }
 
   /** Opens or closes it. Opening gives it the focus, and closing gives that back. */
   toggle(open = !this.open): void {
     if (open === this.open) return;
-    const hadFocus = this.panel.contains(document.activeElement);
-    if (open) this.before = document.activeElement;
-    this.panel.hidden = !open;
+    this.disclosure.open = open;
     this.button.setAttribute("aria-expanded", String(open));
     this.toggled(open);
     if (open) {
       this.welcomed();
       this.panel.focus({ preventScroll: true });
-    } else if (hadFocus && this.before instanceof HTMLElement) this.before.focus({ preventScroll: true });
+    }
     keepFocus();
   }
 

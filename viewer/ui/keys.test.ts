@@ -17,7 +17,8 @@ const WRITTEN: Record<string, string> = {
 
 describe("the help of the page", () => {
   const page = readFileSync(join(import.meta.dirname, "../index.html"), "utf8");
-  const help = page.slice(page.indexOf('id="help"'), page.indexOf("</section>"));
+  const from = page.indexOf('id="help"');
+  const help = page.slice(from, page.indexOf("</section>", from));
   const listed = new Set([...help.matchAll(/<kbd>([^<]+)<\/kbd>/g)].map(([, name]) => name));
 
   it.each([...Object.keys(MOTIONS), ...Object.keys(COMMANDS)])("lists %s", (code) => {

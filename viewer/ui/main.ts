@@ -20,7 +20,7 @@ import { takeCommands } from "./commands.ts";
 import { LiveCompany } from "./company.ts";
 import { Doors } from "./doors.ts";
 import { element } from "./elements.ts";
-import { focusWorld, giveBackFocus } from "./focus.ts";
+import { focusWorld, giveBackFocus, keepFocus } from "./focus.ts";
 import { Hud } from "./hud.ts";
 import { inspector } from "./inspect.ts";
 import { Links } from "./links.ts";
@@ -90,6 +90,8 @@ interface Network {
   readonly throttle: Throttle;
   /** Says what goes wrong with it. */
   readonly toast: Toast;
+  /** Tells who listens to the page. */
+  readonly announcer: Announcer;
 }
 
 /** What the page's address says of a way of drawing, if it says anything. */
@@ -105,13 +107,13 @@ function isUsed(name: string): boolean {
 
 function start(stage: Stage, opened: Opened, network: Network): void {
   const { scene, scenes } = opened;
-  const { toast } = network;
-  const announcer = new Announcer(element("live", HTMLParagraphElement));
+  const { toast, announcer } = network;
   const hud = new Hud(announcer);
   const links = new Links(scene.pointer.revision, toast);
   const server = serverAt(scene.tree.base, location.origin);
   const failed = (error: unknown, again: () => void) => toast.showProblem(error, server, again);
   const visit = visitOf(stage, opened, {
+    announcer,
     hud,
     links,
     answered: () => toast.answered(),
@@ -148,18 +150,19 @@ function start(stage: Stage, opened: Opened, network: Network): void {
   visit.begin(controls);
   window.belvedere = inspector({ visit, company, recording, encodedBytes: () => encoded_bytes, problems });
   addEventListener("keydown", ({ key }) => key === "Tab" && document.body.classList.add("tabbing"));
-  giveBackFocus(element("page", HTMLDivElement));
+  giveBackFocus(document.body);
   focusWorld();
 }
 
 /** Who hears of a visit. */
 interface Told extends Pick<VisitParts, "answered" | "problem"> {
+  readonly announcer: Announcer;
   readonly hud: Hud;
   readonly links: Links;
 }
 
 /** A visit that tells the page what becomes of it. */
-function visitOf(stage: Stage, { scene, isRoofed, frame }: Opened, { hud, links, ...heard }: Told): Visit {
+function visitOf(stage: Stage, { scene, isRoofed, frame }: Opened, { announcer, hud, links, ...heard }: Told): Visit {
   const dark = element("dark", HTMLParagraphElement);
   const visit = new Visit({
     ...heard,
@@ -174,15 +177,18 @@ function visitOf(stage: Stage, { scene, isRoofed, frame }: Opened, { hud, links,
     astray: (how) => links.astray(how, () => visit.start()),
     graphics: (state) => {
       dark.textContent = state === "lost" ? NO_GRAPHICS : "";
+      announcer.say("dark", dark.textContent);
       dark.hidden = state === "here";
     },
   });
   return visit;
 }
 
-function makeToast(): Toast {
+function makeToast(announcer: Announcer): Toast {
   return new Toast({
-    line: element("toast", HTMLParagraphElement),
+    announcer,
+    gone: keepFocus,
+    line: element("toast", HTMLElement),
     text: element("toast-text", HTMLSpanElement),
     action: element("toast-retry", HTMLButtonElement),
     close: element("toast-close", HTMLButtonElement),
@@ -215,7 +221,8 @@ async function main(): Promise<void> {
     const log = new RequestLog(() => performance.now());
     const throttle = new Throttle((url, init) => fetch(url, init));
     const shelf = await Shelf.open(compartments(globalThis.caches), SHELF_BYTES, tree.base.origin);
-    const toast = makeToast();
+    const announcer = new Announcer(element("live", HTMLParagraphElement));
+    const toast = makeToast(announcer);
     const server = serverAt(base, location.origin);
     const queue = new FetchQueue({
       ...FETCH_DEFAULTS,
@@ -232,7 +239,7 @@ async function main(): Promise<void> {
     const stage = await Stage.open(element("view", HTMLCanvasElement), wishOf("shadows"));
     const [opened] = await opening;
     hideProblem();
-    start(stage, opened, { log, throttle, toast });
+    start(stage, opened, { log, throttle, toast, announcer });
   } catch (error) {
     reopening?.close();
     const others = error instanceof NoSuchScene ? (error.others ?? []) : [];

@@ -9,6 +9,7 @@ import { cellOnMap, type FloorPlan, floorPlan, MapFrame, type Spot } from "../co
 import { firstReach, groundOf, type ReachRange, reachRange, scaleBar, withinReach } from "../core/movement/mapreach.ts";
 import type { Announcer } from "./announcer.ts";
 import { make } from "./dom.ts";
+import { Disclosure } from "./focus.ts";
 import { writeLength } from "./format.ts";
 import { inks } from "./inks.ts";
 import { arrow, cross, dot, scaleLine } from "./mapmarks.ts";
@@ -17,6 +18,9 @@ import type { Visit } from "./visit.ts";
 /** Its picture has so many pixels for each of the page. */
 const SHARPNESS = 2;
 const UPDATE_EVERY_MS = 150;
+/** For who does not see it. */
+const HOW =
+  "Click to go there; with the keyboard, point with the arrow keys and press Enter; plus and minus zoom, as do a wheel and two fingers.";
 /** How far an arrow key moves the pointer. */
 const STEP_PX = 8;
 /** A press of a key or a button zooms by so much; a wheel and two fingers on a touchpad by so much for each pixel. */
@@ -38,9 +42,11 @@ export class MapPanel {
     tabindex: "0",
     role: "application",
     title: "Click: go there. Wheel, pinch, + and −: zoom.",
+    "aria-describedby": "map-how",
   });
   private readonly zoomIn = zoomButton("Zoom in", "+", () => this.zoom(1 / ZOOM_STEP));
   private readonly zoomOut = zoomButton("Zoom out", "−", () => this.zoom(ZOOM_STEP));
+  private readonly disclosure: Disclosure;
   private readonly ground: Bounds;
   private readonly range: ReachRange;
   private reach_m: number;
@@ -60,7 +66,10 @@ export class MapPanel {
     this.range = reachRange(this.ground, visit.walker.size);
     this.reach_m = this.range.most_m;
     const zoom = make("div", { class: "zoom" }, this.zoomIn, this.zoomOut);
-    this.element = make("aside", { id: "map", class: "card", "aria-label": "Map", hidden: true }, this.canvas, zoom);
+    const how = make("p", { id: "map-how", class: "visually-hidden" }, HOW);
+    const attributes = { id: "map", class: "card", "aria-label": "Map", hidden: true };
+    this.element = make("aside", attributes, this.canvas, zoom, how);
+    this.disclosure = new Disclosure(this.element);
     this.element.onkeydown = (event) => this.press(event);
     this.canvas.onclick = ({ offsetX: x, offsetY: y }) => this.goTo({ x, y });
     this.canvas.onwheel = (event) => {
@@ -79,12 +88,12 @@ export class MapPanel {
   }
 
   get open(): boolean {
-    return !this.element.hidden;
+    return this.disclosure.open;
   }
 
   toggle(open = !this.open): void {
     if (open === this.open) return;
-    this.element.hidden = !open;
+    this.disclosure.open = open;
     clearInterval(this.timer);
     this.toggled(open);
     if (!open) return;
@@ -192,7 +201,7 @@ export class MapPanel {
 
   /** Says how much is shown, and whether there is more or less. */
   private describe({ width_m }: MapFrame): void {
-    const label = `Map, ${writeLength(width_m)} across. Click to go there; with the keyboard, point with the arrow keys and press Enter; plus and minus zoom, as do a wheel and two fingers.`;
+    const label = `Map, ${writeLength(width_m)} across.`;
     if (this.canvas.getAttribute("aria-label") !== label) this.canvas.setAttribute("aria-label", label);
     this.zoomIn.setAttribute("aria-disabled", String(this.reach_m <= this.range.least_m));
     this.zoomOut.setAttribute("aria-disabled", String(this.reach_m >= this.range.most_m));
@@ -212,7 +221,7 @@ function drawCell(
 }
 
 function zoomButton(name: string, sign: string, press: () => void): HTMLButtonElement {
-  const button = make("button", { type: "button", "aria-label": name, title: name }, sign);
+  const button = make("button", { type: "button", title: name }, make("span", { "aria-hidden": "true" }, sign));
   button.onclick = press;
   return button;
 }

@@ -26,6 +26,7 @@ export function makePanels(parts: Omit<PanelParts, "toggled">): Panels {
     toggled: (open) => {
       document.body.classList.toggle("inspecting", open);
       inspectorToggle.setAttribute("aria-pressed", String(open));
+      announcer.say("inspector", open ? "The inspector is open" : "The inspector is closed");
       if (open) makeRoom(help, map, ...folds);
       keepFocus();
     },
@@ -35,6 +36,7 @@ export function makePanels(parts: Omit<PanelParts, "toggled">): Panels {
   const mapToggle = element("map-toggle", HTMLButtonElement);
   const map = new MapPanel(visit, announcer, (open) => {
     mapToggle.setAttribute("aria-pressed", String(open));
+    announcer.say("map panel", open ? "The map is open" : "The map is closed");
     if (open) makeRoom(inspector, help, ...folds);
     keepFocus();
   });

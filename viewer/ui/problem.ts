@@ -82,7 +82,7 @@ export function explainSilence({ how, attempt, attempts, waited_ms }: Silence, {
   if (how === "broken") {
     return `Some of what comes from ${host} is cut or damaged on the way. It is asked for again (${attempt + 1} of ${attempts}), and what is here stays.`;
   }
-  if (how === "resting") {
+  if (how === "backing off") {
     return `${host} has more to do than it can just now, and asked to wait for ${writeSeconds(waited_ms)}. Then it is asked again, and what is here stays.`;
   }
   if (how === "quiet") {
@@ -220,8 +220,9 @@ export function showProblem(
   setProblem(true);
   // Who has been told of a problem may be elsewhere in it when another try fails.
   if (retry && !isNew) return;
-  if (retry) button.focus();
-  else element("problem-links", HTMLUListElement).querySelector("a")?.focus();
+  const way = retry ? button : element("problem-links", HTMLUListElement).querySelector("a");
+  // Also where there is no way out, so that who listens hears of it.
+  (way ?? element("problem-card", HTMLDivElement)).focus();
 }
 
 /** Says that it is tried again. */

@@ -11,8 +11,11 @@ const missing = new FetchError("status", "https://host/o/1.glb", "it is missing"
 
 function shown() {
   const button = () => ({ textContent: "", onclick: () => {}, hidden: false });
-  const parts = { line: { hidden: true }, text: { textContent: "" }, action: button(), close: button() };
-  return { parts, toast: new Toast(parts) };
+  const heard: string[] = [];
+  const announcer = { say: (_topic: string, text: string) => void heard.push(text) };
+  const line = { hidden: true };
+  const parts = { announcer, gone: vi.fn(), line, text: { textContent: "" }, action: button(), close: button() };
+  return { parts, heard, toast: new Toast(parts) };
 }
 
 it("goes when the server answers, if that is what it was about", () => {
@@ -129,4 +132,19 @@ it("says without WebGL what the error itself says, which whoever embeds a world 
   const error = new NoWebGlError();
   expect(explain(error, HERE).text).toBe(error.message);
   expect(error.message).not.toContain("THREE");
+});
+
+it("is heard once however often something is tried, and the focus is looked after when it goes", () => {
+  const { parts, heard, toast } = shown();
+  toast.showDelay("It takes long.");
+  toast.showDelay("It takes long, and is tried again.");
+  expect(parts.text.textContent).toBe("It takes long, and is tried again.");
+  toast.showDelay(undefined);
+  expect(heard).toEqual(["It takes long.", ""]);
+  expect(parts.gone).toHaveBeenCalledOnce();
+  toast.show("It was published anew.", "Show it", () => {});
+  toast.show("Here, doors move for you alone.", "Show it", () => {});
+  parts.close.onclick();
+  expect(heard.slice(2)).toEqual(["It was published anew.", "Here, doors move for you alone.", ""]);
+  expect(parts.gone).toHaveBeenCalledTimes(2);
 });

@@ -3,9 +3,14 @@
  * long, until that has ended; or something that one can do, which neither pushes away.
  */
 import { passes } from "../core/fetch/losses.ts";
+import type { Announcer } from "./announcer.ts";
 import { explain, type Server } from "./problem.ts";
 
 export interface ToastParts {
+  /** Tells who listens to the page. */
+  readonly announcer: Pick<Announcer, "say">;
+  /** The line has gone, with the focus if it had that. */
+  readonly gone: () => void;
   readonly line: { hidden: boolean | string };
   readonly text: { textContent: string | null };
   readonly action: { textContent: string | null; onclick: unknown; hidden: boolean | string };
@@ -53,6 +58,8 @@ export class Toast {
 
   private put(shown: Shown, text: string, offer?: { readonly action: string; readonly act: () => void }): void {
     const { parts } = this;
+    // That something takes long is said once, and not at each try.
+    if (shown !== "delay" || this.shown !== "delay") parts.announcer.say("toast", text);
     this.problem = undefined;
     this.shown = shown;
     parts.text.textContent = text;
@@ -70,6 +77,9 @@ export class Toast {
     if (shown !== this.shown) return;
     this.problem = undefined;
     this.shown = "nothing";
-    this.parts.line.hidden = true;
+    const { line, announcer, gone } = this.parts;
+    line.hidden = true;
+    announcer.say("toast", "");
+    gone();
   }
 }

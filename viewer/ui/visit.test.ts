@@ -41,7 +41,7 @@ const walking = {
 
 /** A visit whose frames are drawn when a test says so, and the poses that its page's address was given. */
 async function visitAt(pose: Pose, wish = controls) {
-  let next: FrameRequestCallback = () => {};
+  let next: FrameRequestCallback | undefined;
   vi.stubGlobal("matchMedia", () => ({ matches: false }));
   vi.stubGlobal("document", page);
   vi.stubGlobal("requestAnimationFrame", (callback: FrameRequestCallback) => {
@@ -56,7 +56,14 @@ async function visitAt(pose: Pose, wish = controls) {
   const visit = new Visit({ scene, stage, display, posed, astray, problem: () => {} });
   visit.teleport(pose);
   visit.begin(wish);
-  return { visit, written, strayed, frame: (now_ms: number) => next(now_ms) };
+  /** Answers whether there was one. */
+  const frame = (now_ms: number) => {
+    const asked = next;
+    next = undefined;
+    asked?.(now_ms);
+    return asked !== undefined;
+  };
+  return { visit, written, strayed, frame };
 }
 
 const STOOD: Pose = { position: [3, 1.6, 3], yaw: 0.5, pitch: 0.1 };
@@ -135,4 +142,32 @@ it("who turns to another page while walking stands there, since no frame says an
   turn(true);
   expect(Math.hypot(...visit.walker.speed), "nobody is there any more").toBeGreaterThan(0.5);
   page.hidden = false;
+});
+
+it("asks for no frames that nobody sees once nothing happens, until it goes elsewhere, and hears nothing more when it is closed", async () => {
+  const close = vi.fn();
+  const { visit, frame } = await visitAt(STOOD, { ...controls, close } as unknown as Controls);
+  let now_ms = 0;
+  const rest = async () => {
+    for (let frames = 0; ; frames += 1) {
+      now_ms += 100;
+      if (!frame(now_ms)) return frames;
+      await new Promise((resolve) => setTimeout(resolve, 2));
+    }
+  };
+  visit.watch(false);
+  // What arrives has frames again.
+  while (visit.explorer.visibleCount === undefined) {
+    await rest();
+    await new Promise((resolve) => setTimeout(resolve, 2));
+  }
+  await rest();
+  visit.teleport({ ...STOOD, yaw: 1 });
+  expect(await rest()).toBeGreaterThan(0);
+  visit.watch(true);
+  expect(frame(now_ms + 100)).toBe(true);
+  visit.close();
+  expect(close).toHaveBeenCalledOnce();
+  frame(now_ms + 200);
+  expect(frame(now_ms + 300)).toBe(false);
 });

@@ -36,6 +36,7 @@ import { Overlay } from "../three/overlay.ts";
 import type { Matrix4, Object3D, Painting, Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
 import { Errands } from "./errand.ts";
+import { Frames } from "./frames.ts";
 import { FrozenView } from "./frozen.ts";
 import { type Display, Reporter } from "./readings.ts";
 
@@ -84,7 +85,7 @@ export class Visit {
   readonly walker: Walker;
   private readonly host = new ThreeModelHost(
     () => {
-      this.dirty = true;
+      this.redraw();
       this.parts.stage.recast();
     },
     (root) => this.prepare(root),
@@ -100,6 +101,8 @@ export class Visit {
   private readonly listeners: FrameListener[] = [];
   private readonly resting: (() => void)[] = [];
   private readonly ending = new AbortController();
+  private controls: Controls | undefined;
+  private readonly frames = new Frames((now_ms) => this.controls !== undefined && this.frame(now_ms, this.controls));
   private closed = false;
   private dirty = true;
   private drewLastFrame = false;
@@ -126,7 +129,10 @@ export class Visit {
       this.budget,
       { memory_limit_bytes: MEMORY_LIMIT_BYTES, target_px: TARGET_PX, most_triangles: MOST_TRIANGLES, uses },
       {
-        changed: () => this.reporter.changed(),
+        changed: () => {
+          this.reporter.changed();
+          this.frames.wake();
+        },
         problem,
         ...(answered && { answered }),
         ...(outdated && { outdated }),
@@ -152,8 +158,14 @@ export class Visit {
 
   /** Lets frames run; `controls` say what the person wants in each. */
   begin(controls: Controls): void {
+    this.controls = controls;
     this.onRest(() => controls.letGo());
-    requestAnimationFrame((now_ms) => this.frame(now_ms, controls));
+    this.frames.wake();
+  }
+
+  /** Says whether anybody may see it; while nobody may, there are frames only while something happens. */
+  watch(isWatched: boolean): void {
+    this.frames.watch(isWatched);
   }
 
   /** Calls back when one stands still because no frame is drawn any more: for who looks at another page. */
@@ -170,6 +182,8 @@ export class Visit {
   /** Ends it, and frees what it took. */
   close(): void {
     this.closed = true;
+    this.frames.close();
+    this.controls?.close();
     this.ending.abort();
     this.errands.end();
     this.explorer.close();
@@ -186,6 +200,7 @@ export class Visit {
     this.walker.look(yaw, pitch);
     if (mode && mode !== this.walker.mode && !this.frozen) this.setMode(mode);
     this.moved = true;
+    this.frames.wake();
     // At once, so that nobody is told of the old place as of this one before the next frame.
     if (!this.frozen) this.explorer.follow(this.eye, AT_REST);
   }
@@ -391,6 +406,7 @@ export class Visit {
   /** Asks for a new picture. */
   redraw(): void {
     this.dirty = true;
+    this.frames.wake();
   }
 
   /** Walks in a straight line, as far as walls allow; answers whether it arrived. Height counts only when flying. */
@@ -398,12 +414,8 @@ export class Visit {
     return this.errands.begin(target, speed_mps);
   }
 
-  private frame(now_ms: number, controls: Controls): void {
-    if (this.closed) {
-      controls.close();
-      return;
-    }
-    requestAnimationFrame((next_ms) => this.frame(next_ms, controls));
+  /** Answers whether anything happens: the picture has changed, or something of it is still to come. */
+  private frame(now_ms: number, controls: Controls): boolean {
     const frame_ms = now_ms - (this.lastFrame_ms ?? now_ms);
     const seconds = Math.min(LONGEST_STEP_S, frame_ms / 1000);
     this.lastFrame_ms = now_ms;
@@ -444,6 +456,7 @@ export class Visit {
     // Fewer pixels would not have what streaming takes end sooner.
     if (dirty) stage.render(this.drewLastFrame && moving ? Math.max(0, frame_ms - streamed_ms) : undefined);
     this.drewLastFrame = dirty && moving;
+    return dirty || this.explorer.pending > 0;
   }
 
   /** Has drawn what is as near as what can be seen, and as far as all of the world. */

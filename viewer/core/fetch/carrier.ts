@@ -7,13 +7,13 @@ import type { FrameBudget } from "../pace/framebudget.ts";
 import { addressOf, BundleError, BundleReader, offersBundles } from "../strategy/bundles.ts";
 import { leftOf } from "../strategy/file.ts";
 import { PRIORITY } from "../strategy/priority.ts";
+import type { BackOff } from "./backoff.ts";
 import type { Breaker } from "./breaker.ts";
 import type { Download } from "./download.ts";
 import type { FetchQueueOptions } from "./fetchqueue.ts";
 import type { Meter } from "./linemeter.ts";
 import { mayPass } from "./losses.ts";
 import { Patience } from "./patience.ts";
-import type { Rest } from "./rest.ts";
 import type { Silence, Silences } from "./silences.ts";
 import { FetchError, pause, StallError, type TransferOptions, transfer } from "./transfer.ts";
 import { isImmutable, isRung, promisedHash, verify } from "./verify.ts";
@@ -71,7 +71,7 @@ export class Carrier {
     /** Told of what is silent while it is tried again. */
     private readonly silences: Silences,
     /** Told of what a server asks for, which is waited for before another try. */
-    private readonly rest: Rest,
+    private readonly backOff: BackOff,
   ) {
     this.patience = new Patience(options.quiet_ms);
   }
@@ -113,13 +113,13 @@ export class Carrier {
         if (!mayPass(kind) || last || !download.isWorthAnotherTry) throw error;
         if (error instanceof StallError) this.tell(url, "stalled", attempt, error.waited_ms);
         if (kind === "broken") this.tell(url, "broken", attempt);
-        this.tellRest(url, attempt);
+        this.tellBackOff(url, attempt);
         // A browser may have kept what cannot be unpacked.
         pastCache ||= kind === "broken";
         await pause(this.options.backoff_ms * 2 ** (attempt - 1), controller.signal);
         // Others may have been told meanwhile.
-        while (this.rest.isOn(url) && !controller.signal.aborted) {
-          await pause(this.rest.left_ms(url), controller.signal);
+        while (this.backOff.isOn(url) && !controller.signal.aborted) {
+          await pause(this.backOff.left_ms(url), controller.signal);
         }
         if (controller.signal.aborted) throw cancelled(url);
       }
@@ -241,7 +241,7 @@ export class Carrier {
       // They go alone now.
       const { url } = members[given.length] ?? {};
       if (error instanceof StallError && url) this.tell(url, "stalled", 0, error.waited_ms);
-      if (url) this.tellRest(url, 0);
+      if (url) this.tellBackOff(url, 0);
     }
     await Promise.all(given);
   }
@@ -255,9 +255,9 @@ export class Carrier {
   }
 
   /** Says for how long the server asked to be left alone, if it did. */
-  private tellRest(url: string, attempt: number): void {
-    const rest_ms = this.rest.left_ms(url);
-    if (rest_ms > 0) this.tell(url, "resting", attempt, rest_ms);
+  private tellBackOff(url: string, attempt: number): void {
+    const left_ms = this.backOff.left_ms(url);
+    if (left_ms > 0) this.tell(url, "backing off", attempt, left_ms);
   }
 
   private tell(url: string, how: Silence["how"], attempt: number, waited_ms = 0): void {
@@ -285,7 +285,7 @@ export class Carrier {
     } catch (error) {
       if (error instanceof FetchError) {
         if (error.kind === "status") this.breaker?.answered(url);
-        this.rest.hears(error);
+        this.backOff.hears(error);
       }
       throw error;
     } finally {

@@ -36,7 +36,7 @@ export class Download {
   /** Whether it did not come in a bundle where it should have, and now goes alone. */
   alone = false;
   /** Whether its server asked to wait when it was to come in a bundle. */
-  hasRested = false;
+  hasBackedOff = false;
   private readonly whole: Promise<ArrayBuffer>;
   private resolve: (bytes: ArrayBuffer) => void = () => {};
   private reject: (error: unknown) => void = () => {};

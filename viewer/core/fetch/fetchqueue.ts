@@ -9,12 +9,12 @@ import type { Shelf } from "../shelf/shelf.ts";
 import { inOrder, isSmall, NAME_BYTES, together } from "../strategy/bundles.ts";
 import { compressed_bytes } from "../strategy/file.ts";
 import { PRIORITY, purposeOf } from "../strategy/priority.ts";
+import { BackOff } from "./backoff.ts";
 import { Breaker, type BreakerEvents } from "./breaker.ts";
 import { Carrier, cancelled, type FetchTally, type Hooks, Yielded } from "./carrier.ts";
 import { Download } from "./download.ts";
 import { LineMeter, type Meter } from "./linemeter.ts";
 import type { RequestLog } from "./requestlog.ts";
-import { Rest } from "./rest.ts";
 import { type Silence, Silences } from "./silences.ts";
 import type { Part } from "./slices.ts";
 import { type Fetch, FetchError } from "./transfer.ts";
@@ -100,13 +100,13 @@ export class FetchQueue {
     this.options.silent?.(silence);
     if (silence) this.watcher?.silent?.(silence);
   });
-  private readonly rest = new Rest(() => this.pump());
+  private readonly backOff = new BackOff(() => this.pump());
   private watcher: FetchWatcher | undefined;
   private breaker: Breaker | undefined;
 
   constructor(private readonly options: FetchQueueOptions) {
     this.meter = options.meter ?? new LineMeter();
-    this.carrier = new Carrier(options, this.meter, this.silences, this.rest);
+    this.carrier = new Carrier(options, this.meter, this.silences, this.backOff);
   }
 
   /** What went over the wire so far. */
@@ -240,7 +240,7 @@ export class FetchQueue {
   close(): void {
     this.closed = true;
     for (const url of [...this.waiting.keys(), ...this.running.keys()]) this.cancel(url);
-    this.rest.close();
+    this.backOff.close();
   }
 
   /** What is asked for in one go can only come together when it is looked at together. */
@@ -297,7 +297,7 @@ export class FetchQueue {
 
   /** Whether it is on the device, or its server has not asked to be left alone. */
   private mayBeAsked(download: Download): boolean {
-    return !this.rest.isOn(download.url) || !this.travels(download);
+    return !this.backOff.isOn(download.url) || !this.travels(download);
   }
 
   private get hasRoom(): boolean {
@@ -445,9 +445,9 @@ export class FetchQueue {
     for (const member of members.filter(isWanted)) {
       this.running.delete(member.url);
       // A server that asked to wait once is not wrong about bundles.
-      const rests = this.rest.isOn(member.url);
-      member.alone = !rests || member.hasRested;
-      member.hasRested = rests;
+      const backsOff = this.backOff.isOn(member.url);
+      member.alone = !backsOff || member.hasBackedOff;
+      member.hasBackedOff = backsOff;
       this.waiting.set(member.url, member);
     }
   }

@@ -5,7 +5,7 @@
 export interface Silence {
   readonly url: string;
   /** What is wrong with the try: nothing has come of it so far, it was given up for that, what came was cut or damaged, or the server asked to wait. */
-  readonly how: "quiet" | "stalled" | "broken" | "resting";
+  readonly how: "quiet" | "stalled" | "broken" | "backing off";
   /** Which it is … */
   readonly attempt: number;
   /** … of so many … */

@@ -16,12 +16,27 @@ const HINT = isTouched()
   ? "Tap an object to see what it is made of."
   : "Click an object to see what it is made of, or press Space or, where no door is in reach, Enter for what is in the middle of the view.";
 
+const HEAD = ["grade", "triangles", "bytes", "off by", "state"];
+
+/** One way to draw the object. */
+interface Row {
+  readonly name: string;
+  readonly isHeld: boolean;
+  /** What stands below the head, but for the name. */
+  readonly cells: readonly string[];
+}
+
 export class Ladder implements Section {
   readonly element: HTMLElement;
   private readonly name = make("p", { class: "note", "data-testid": "picked" }, HINT);
-  private readonly grades = make("table", { class: "ladder", "data-testid": "ladder" });
+  private readonly grades = make("table", {
+    class: "ladder",
+    "data-testid": "ladder",
+    "aria-label": "How it can be drawn",
+  });
   private readonly note = make("p", { class: "note", "data-testid": "ladder-note" });
   private picked: PlacedObject | undefined;
+  private listed = "";
 
   /** `announcer` tells what was picked. */
   constructor(
@@ -54,7 +69,7 @@ export class Ladder implements Section {
     const { picked } = this;
     const eye = explorer.eyeNow;
     if (!picked || !eye) {
-      this.grades.replaceChildren();
+      this.list([]);
       write(this.note, "");
       write(this.name, HINT);
       return;
@@ -68,7 +83,6 @@ export class Ladder implements Section {
     const most_error = errorThatDoes(picked, eye, explorer.refinedTo_px);
     const does = isHereWellEnough(model, holding, most_error);
     const wanted = does ? held : goalOf(model, most_error, holding, explorer.models.costOf);
-    const head = ["", "triangles", "bytes", "off by", ""].map((text) => make("th", { scope: "col" }, text));
     const rows = gradesOf(model).map((grade) => {
       const error = `${(1000 * geometricError_m(picked, grade)).toFixed(1)} mm · ${errorOf_px(picked, grade, eye).toFixed(1)} px`;
       const isHeld = isPartOf(grade, held);
@@ -77,16 +91,10 @@ export class Ladder implements Section {
         isSame(grade, wanted) ? "wanted" : "",
       ].filter(Boolean);
       const bytes = writeBytes(bytesOf(model, grade));
-      const cells = [
-        `${grade.kind} ${grade.number}`,
-        grade.triangles.toLocaleString("en"),
-        bytes,
-        error,
-        state.join(", "),
-      ];
-      return make("tr", { class: isHeld ? "held" : "" }, ...cells.map((text) => make("td", {}, text)));
+      const cells = [grade.triangles.toLocaleString("en"), bytes, error, state.join(", ")];
+      return { name: `${grade.kind} ${grade.number}`, isHeld, cells };
     });
-    this.grades.replaceChildren(make("tr", {}, ...head), ...rows);
+    this.list(rows);
     const trouble = explorer.models.noteOf(model.model);
     const usual = model.smooth ? RUNGS_NOTE : "It has no smooth LOD.";
     write(
@@ -95,6 +103,20 @@ export class Ladder implements Section {
     );
     this.note.title = trouble ?? "";
   }
+
+  /** Leaves the table alone where it says the same: somebody may be reading it, cell by cell. */
+  private list(rows: readonly Row[]): void {
+    const listed = JSON.stringify(rows);
+    if (listed === this.listed) return;
+    this.listed = listed;
+    const head = HEAD.map((text) => make("th", { scope: "col" }, text));
+    this.grades.replaceChildren(...(rows.length > 0 ? [make("tr", {}, ...head), ...rows.map(tableRow)] : []));
+  }
+}
+
+function tableRow({ name, isHeld, cells }: Row): HTMLElement {
+  const data = cells.map((text) => make("td", {}, text));
+  return make("tr", { class: isHeld ? "held" : "" }, make("th", { scope: "row" }, name), ...data);
 }
 
 const RUNGS_NOTE = "Rungs are parts of a smooth LOD: each adds its bytes to those before it.";

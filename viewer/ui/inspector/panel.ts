@@ -5,6 +5,7 @@ import type { Throttle } from "../../core/fetch/throttle.ts";
 import type { Announcer } from "../announcer.ts";
 import type { LiveCompany } from "../company.ts";
 import { make } from "../dom.ts";
+import { Disclosure } from "../focus.ts";
 import type { Recording } from "../recording.ts";
 import type { Visit } from "../visit.ts";
 import { Ladder } from "./ladder.ts";
@@ -38,6 +39,7 @@ export class InspectorPanel {
     "data-scrolls": true,
     hidden: true,
   });
+  private readonly disclosure = new Disclosure(this.element);
   private readonly layers: Layers;
   private readonly ladder: Ladder;
   private readonly people: People;
@@ -65,12 +67,12 @@ export class InspectorPanel {
   }
 
   get open(): boolean {
-    return !this.element.hidden;
+    return this.disclosure.open;
   }
 
   toggle(open = !this.open): void {
     if (open === this.open) return;
-    this.element.hidden = !open;
+    this.disclosure.open = open;
     clearInterval(this.timer);
     if (open) {
       this.timer = setInterval(() => this.update(), UPDATE_EVERY_MS);

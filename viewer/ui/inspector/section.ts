@@ -8,7 +8,7 @@ export interface Section {
 
 /** A part that can be folded away. */
 export function section(title: string, ...content: (Node | string)[]): HTMLElement {
-  return make("details", { open: true }, make("summary", {}, title), ...content);
+  return make("details", { open: true }, make("summary", {}, make("h3", {}, title)), ...content);
 }
 
 /** A labelled switch; `changed` hears of every change. */

@@ -12,21 +12,21 @@ const LONGEST_MS = 300_000;
 /** One waits for longer by up to this share, so that not all come back at once. */
 const SPREAD = 0.2;
 
-interface Resting {
+interface LeftAlone {
   readonly until_ms: number;
   readonly timer: ReturnType<typeof setTimeout>;
 }
 
-export class Rest {
-  private readonly servers = new Map<string, Resting>();
+export class BackOff {
+  private readonly servers = new Map<string, LeftAlone>();
 
-  /** `over` hears of each rest that has ended. */
+  /** `over` hears of each back-off that has ended. */
   constructor(
     private readonly over: () => void,
     private readonly random: () => number = Math.random,
   ) {}
 
-  /** A try has failed; the answer may ask for rest. One that several answers ask for is as long as the longest of them. */
+  /** A try has failed; the answer may ask for a back-off. One that several answers ask for is as long as the longest of them. */
   hears({ url, status, headers }: FetchError): void {
     if (!headers || !BUSY.includes(status ?? 0)) return;
     const asked_ms = Math.min(LONGEST_MS, retryAfter_ms(headers)) * (1 + SPREAD * this.random());

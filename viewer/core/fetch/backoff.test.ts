@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { BackOff } from "./backoff.ts";
 import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
-import { Rest } from "./rest.ts";
 import type { Silence } from "./silences.ts";
 import { FetchError } from "./transfer.ts";
 
@@ -34,7 +34,7 @@ test.each([429, 503])(
       "https://busy/a",
       "https://busy/b",
     ]);
-    expect(told[0]).toMatchObject({ how: "resting", url: "https://busy/a" });
+    expect(told[0]).toMatchObject({ how: "backing off", url: "https://busy/a" });
     await vi.advanceTimersByTimeAsync(3_000);
     await Promise.all([...all, other]);
     // Each was asked for once more, or once.
@@ -54,7 +54,7 @@ test("another server goes on", async () => {
   queue.close();
 });
 
-test("what asks for no rest is asked again as ever", async () => {
+test("what asks for no back-off is asked again as ever", async () => {
   const { queue, asked } = busyUntil(200, "0");
   const one = queue.request("https://busy/a", 1);
   await vi.advanceTimersByTimeAsync(400);
@@ -62,27 +62,29 @@ test("what asks for no rest is asked again as ever", async () => {
   expect(asked).toHaveLength(2);
 });
 
-test("a rest is bounded, is as long as the longest that was asked for, and ends once", async () => {
+test("a back-off is bounded, is as long as the longest that was asked for, and ends once", async () => {
   let ended = 0;
-  const rest = new Rest(
+  const backOff = new BackOff(
     () => {
       ended += 1;
     },
     () => 0,
   );
   const hears = (after: string, status = 503) =>
-    rest.hears(new FetchError("unreachable", "https://host/a", "busy", status, new Headers({ "Retry-After": after })));
+    backOff.hears(
+      new FetchError("unreachable", "https://host/a", "busy", status, new Headers({ "Retry-After": after })),
+    );
   hears("20");
   hears("10");
   hears("99999", 500);
-  expect(rest.left_ms("https://host/b")).toBe(20_000);
+  expect(backOff.left_ms("https://host/b")).toBe(20_000);
   await vi.advanceTimersByTimeAsync(19_999);
-  expect([rest.isOn("https://host/b"), rest.isOn("https://else/b"), ended]).toEqual([true, false, 0]);
+  expect([backOff.isOn("https://host/b"), backOff.isOn("https://else/b"), ended]).toEqual([true, false, 0]);
   await vi.advanceTimersByTimeAsync(1);
-  expect([rest.isOn("https://host/b"), ended]).toEqual([false, 1]);
+  expect([backOff.isOn("https://host/b"), ended]).toEqual([false, 1]);
   hears("99999");
-  expect(rest.left_ms("https://host/b")).toBe(300_000);
-  rest.close();
+  expect(backOff.left_ms("https://host/b")).toBe(300_000);
+  backOff.close();
   await vi.advanceTimersByTimeAsync(400_000);
   expect(ended).toBe(1);
 });
