@@ -20,6 +20,7 @@
 //! * `open_files`: how many connections the system has room for.
 //! * `page`: which files the viewer's page is made of, and their forms.
 //! * `progress`: how whoever started a bake sees that it goes on.
+//! * `seldom`: whether it is time to say or try the same again.
 //! * `spelling`: which known name was meant.
 //! * `spread`: how many threads count the same.
 //! * `worlds`: the worlds that are built into the program.
@@ -46,6 +47,7 @@ mod progress;
 pub mod publish;
 pub mod published;
 pub mod secret;
+mod seldom;
 mod spelling;
 mod spread;
 pub mod store;

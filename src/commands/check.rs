@@ -9,11 +9,14 @@ use super::output::print;
 use crate::{
     config::{Config, file::overridden},
     db,
-    live::{Recorder, nodes::NodeName},
+    live::{
+        Recorder,
+        nodes::{NodeName, Nodes},
+    },
     place::Place,
 };
 
-/// Looks at folders, address, certificate, catalogue and bucket, and prints every setting, and those of the file that do nothing.
+/// Looks at folders, address, certificate, catalogue, bucket and NATS, and prints every setting, and those that do nothing.
 ///
 /// # Errors
 /// With the first setting that cannot work.
@@ -26,9 +29,15 @@ pub(super) async fn check(config: &Config, settings_file: Option<&Path>) -> anyh
         files.check()?;
     }
     config.place.reach().await?;
+    if let Some(nodes) = &config.nodes {
+        Nodes::reach(&nodes.nats).await?;
+    }
     let listened = std::net::TcpListener::bind(config.listen);
     for (name, value) in settings(config) {
         print(&format!("{name:<28}{value}"))?;
+    }
+    for idle in beyond_all(config) {
+        print(&idle)?;
     }
     if let Some(file) = settings_file {
         for (name, variable) in overridden(file)? {
@@ -102,6 +111,26 @@ fn record(file: &Path) -> anyhow::Result<()> {
         }
         Err(error) => Err(error).with_context(cannot),
     }
+}
+
+/// Shares of one address that are larger than the whole, and so hold nobody back.
+fn beyond_all(config: &Config) -> Vec<String> {
+    let (connections, live) = (&config.connections, &config.live);
+    let shares = [
+        (
+            ("max_connections_per_address", connections.most_of_an_address()),
+            ("max_connections", connections.connections),
+        ),
+        (
+            ("max_sessions_per_address", live.sessions_of_an_address),
+            ("max_sessions", live.sessions),
+        ),
+    ];
+    let beyond = shares.into_iter().filter(|((_, share), (_, all))| share > all);
+    let said = beyond.map(|((name, share), (of, all))| {
+        format!("{name} does nothing: it is {share}, and {of} is {all} already; set it to {all} to say the same")
+    });
+    said.collect()
 }
 
 /// Every setting by its name in a file; secrets only by whether they are set.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use clap::Args;
 use serde::Deserialize;
 
-use super::{ConfigError, within};
+use super::{ConfigError, usable::within};
 use crate::live::LiveSettings;
 
 /// Settings of live sessions.

@@ -1,10 +1,6 @@
 //! Which database holds the catalogue, and how is it reached? SQLite in the data folder, or PostgreSQL for several nodes.
 //!
-//! Every query is written once, in the SQL that both understand: `$1` for what is bound, integers for truth values, times
-//! as texts in UTC. What differs stands in [`Dialect`], and in the two folders of migrations, which have the same versions.
-//!
-//! **Evolution.** Migrations expand first and contract a version later, so that nodes of two neighbouring versions share a
-//! catalogue: a program takes a schema that is newer than it knows.
+//! What they say differently stands in [`Dialect`], and what is wrong when they do not answer in [`away`](super::away).
 
 use std::{io::ErrorKind, path::Path, sync::Once, time::Duration};
 
@@ -13,10 +9,16 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_encode};
 use sqlx::{
     AnyConnection, AnyPool, Connection, Executor,
     any::{AnyConnectOptions, AnyPoolOptions},
-    migrate::Migrator,
 };
 
-use super::{Catalogue, change, pool, trial::Trials};
+use super::{
+    Catalogue,
+    away::{Silent, of_a_file, told},
+    change,
+    dialect::Dialect,
+    pool,
+    trial::Trials,
+};
 use crate::{folder, secret::Secret};
 
 /// The file of the catalogue in a data folder.
@@ -28,65 +30,6 @@ const CONNECTIONS: u32 = 8;
 const VITAL_CONNECTIONS: u32 = 4;
 /// Writers of a SQLite file wait for each other for this long.
 const BUSY: Duration = Duration::from_secs(10);
-
-/// What the two databases say differently.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Dialect {
-    Sqlite,
-    Postgres,
-}
-
-impl Dialect {
-    /// What ends a SELECT whose rows must stay as they are until the transaction ends. SQLite has one writer.
-    pub(super) fn held(self) -> &'static str {
-        match self {
-            Self::Sqlite => "",
-            Self::Postgres => " FOR SHARE",
-        }
-    }
-
-    /// SQL for this moment. Texts of this form are ordered as their times are.
-    pub(super) fn now(self) -> &'static str {
-        match self {
-            Self::Sqlite => "strftime('%Y-%m-%dT%H:%M:%fZ', 'now')",
-            Self::Postgres => "to_char(clock_timestamp() AT TIME ZONE 'UTC', 'YYYY-MM-DD\"T\"HH24:MI:SS.MS\"Z\"')",
-        }
-    }
-
-    /// SQL for so many seconds from now, negative ones before; `NULL` when they are.
-    pub(super) fn in_seconds(self, seconds: &str) -> String {
-        match self {
-            Self::Sqlite => format!("strftime('%Y-%m-%dT%H:%M:%fZ', 'now', {seconds} || ' seconds')"),
-            Self::Postgres => format!(
-                "to_char((clock_timestamp() + CAST({seconds} AS double precision) * interval '1 second') \
-                 AT TIME ZONE 'UTC', 'YYYY-MM-DD\"T\"HH24:MI:SS.MS\"Z\"')"
-            ),
-        }
-    }
-
-    /// SQL for this moment or, where the clock has been set back, a millisecond after that time, which may be `NULL`.
-    pub(super) fn now_after(self, time: &str) -> String {
-        let now = self.now();
-        match self {
-            Self::Sqlite => {
-                format!("max({now}, coalesce(strftime('%Y-%m-%dT%H:%M:%fZ', {time}, '+0.001 seconds'), ''))")
-            }
-            Self::Postgres => format!(
-                "greatest({now}, to_char(CAST({time} AS timestamptz) AT TIME ZONE 'UTC' + interval '1 millisecond', \
-                 'YYYY-MM-DD\"T\"HH24:MI:SS.MS\"Z\"'))"
-            ),
-        }
-    }
-
-    fn migrations(self) -> Migrator {
-        let mut migrations = match self {
-            Self::Sqlite => sqlx::migrate!("migrations/sqlite"),
-            Self::Postgres => sqlx::migrate!("migrations/postgres"),
-        };
-        migrations.set_ignore_missing(true);
-        migrations
-    }
-}
 
 impl Catalogue {
     /// Opens the catalogue of a data folder; makes both when they are not there and brings the schema up to date.
@@ -112,7 +55,7 @@ impl Catalogue {
             .acquire_timeout(BUSY + CONNECT_PATIENCE)
             .after_connect(|connection, _| Box::pin(settle(connection)));
         let pool = pool.after_release(|connection, _| Box::pin(change::is_free(connection)));
-        Self::over(pool, options, Dialect::Sqlite, &place).await
+        Self::over(pool, options, Dialect::Sqlite, place).await
     }
 
     /// Whether the catalogue of a data folder can be read, where there is one; makes and changes nothing.
@@ -156,7 +99,7 @@ impl Catalogue {
             .before_acquire(|connection, about| {
                 Box::pin(async move { Ok(pool::is_of_use(connection, about.age).await) })
             });
-        Self::over(pool, options, Dialect::Postgres, &place).await
+        Self::over(pool, options, Dialect::Postgres, place).await
     }
 
     /// Whether a PostgreSQL database is there; changes nothing in it.
@@ -171,7 +114,7 @@ impl Catalogue {
         pool: AnyPoolOptions,
         options: AnyConnectOptions,
         dialect: Dialect,
-        place: &str,
+        place: String,
     ) -> anyhow::Result<Self> {
         know_drivers();
         let vital = pool.clone().max_connections(VITAL_CONNECTIONS);
@@ -189,6 +132,7 @@ impl Catalogue {
             pool,
             vital,
             dialect,
+            place: place.into(),
             trials: Trials::default(),
         })
     }
@@ -205,21 +149,8 @@ async fn settle(connection: &mut AnyConnection) -> Result<(), sqlx::Error> {
     connection.execute(sqlx::AssertSqlSafe(settings)).await.map(drop)
 }
 
-/// Why a file cannot be opened, and what to do where it is no catalogue.
-fn of_a_file(error: sqlx::Error, place: &str) -> anyhow::Error {
-    /// `SQLITE_CORRUPT` and `SQLITE_NOTADB`.
-    const DAMAGED: [&str; 2] = ["11", "26"];
-    let way_out = match &error {
-        sqlx::Error::Database(said) if said.code().is_some_and(|code| DAMAGED.contains(&code.as_ref())) => {
-            "; put its copy there, or move it away to begin with an empty one"
-        }
-        _ => "",
-    };
-    told(error).context(format!("cannot open {place}{way_out}"))
-}
-
 /// A file, made when it is not there if the mode says so, as an address: that is all that both databases take.
-fn at(file: &Path, mode: &str) -> anyhow::Result<AnyConnectOptions> {
+pub(super) fn at(file: &Path, mode: &str) -> anyhow::Result<AnyConnectOptions> {
     const KEPT: &AsciiSet = &NON_ALPHANUMERIC.remove(b'/').remove(b'.').remove(b'-').remove(b'_');
     let path = percent_encode(file.as_os_str().as_encoded_bytes(), KEPT);
     Ok(format!("sqlite:{path}?mode={mode}").parse()?)
@@ -228,20 +159,6 @@ fn at(file: &Path, mode: &str) -> anyhow::Result<AnyConnectOptions> {
 fn know_drivers() {
     static DRIVERS: Once = Once::new();
     DRIVERS.call_once(sqlx::any::install_default_drivers);
-}
-
-/// Nobody has answered.
-#[derive(Debug, thiserror::Error)]
-#[error("no answer within {CONNECT_PATIENCE:?}")]
-pub(super) struct Silent;
-
-/// What a database says, without the line of its own program where it says so.
-fn told(error: sqlx::Error) -> anyhow::Error {
-    let error = anyhow::Error::from(error);
-    match error.downcast_ref() {
-        Some(sqlx::Error::Database(said)) if !was_away(&error) => anyhow::anyhow!("{}", said.message()),
-        _ => error,
-    }
 }
 
 /// Connects once, since a pool would not say what is wrong; gives what the pool needs, and a name for errors.
@@ -269,72 +186,12 @@ async fn reached(url: &Secret) -> anyhow::Result<(AnyConnectOptions, String)> {
     Ok((options, place))
 }
 
-/// Whether the catalogue was away, so that the same may work another time.
-#[must_use]
-pub fn was_away(error: &anyhow::Error) -> bool {
-    let away = |error: &sqlx::Error| match error {
-        sqlx::Error::Io(_) | sqlx::Error::Tls(_) | sqlx::Error::PoolTimedOut | sqlx::Error::Protocol(_) => true,
-        // Connections that broke (class 08), servers that have no room (53) or are going (57).
-        sqlx::Error::Database(error) => error
-            .code()
-            .is_some_and(|code| ["08", "53", "57P"].iter().any(|class| code.starts_with(class))),
-        _ => false,
-    };
-    // Nobody who would answer is as good as nobody who is there.
-    let said_nothing =
-        |cause: &(dyn std::error::Error + 'static)| cause.is::<tokio::time::error::Elapsed>() || cause.is::<Silent>();
-    error
-        .chain()
-        .any(|cause| said_nothing(cause) || cause.downcast_ref().is_some_and(away))
-}
-
-/// Whether the disk had no room for what the catalogue should keep.
-#[must_use]
-pub fn found_no_room(error: &anyhow::Error) -> bool {
-    /// `SQLITE_FULL`, `SQLITE_IOERR_SHMSIZE`, and PostgreSQL's `disk_full`.
-    const FULL: [&str; 3] = ["13", "4874", "53100"];
-    let full = |error: &sqlx::Error| {
-        let code = error.as_database_error().and_then(sqlx::error::DatabaseError::code);
-        code.is_some_and(|code| FULL.contains(&code.as_ref()))
-    };
-    error.chain().any(|cause| cause.downcast_ref().is_some_and(full))
-}
-
 #[cfg(test)]
 mod tests {
-    use sqlx::{Row, migrate::Migration};
+    use sqlx::Row;
 
     use super::*;
-
-    #[test]
-    fn both_databases_have_the_same_versions() {
-        let versions = |dialect: Dialect| -> Vec<_> {
-            let migrations = dialect.migrations();
-            migrations.iter().map(|m| (m.version, m.description.clone())).collect()
-        };
-        assert_eq!(versions(Dialect::Sqlite), versions(Dialect::Postgres));
-    }
-
-    #[test]
-    fn what_databases_out_there_were_made_with_has_not_changed() {
-        let digest = |m: &Migration| {
-            m.checksum
-                .iter()
-                .take(8)
-                .map(|byte| format!("{byte:02x}"))
-                .collect::<String>()
-        };
-        let digests: Vec<_> = Dialect::Sqlite.migrations().iter().take(4).map(digest).collect();
-        assert_eq!(
-            digests,
-            [
-                "5ce793edab3fce70",
-                "9aec1d663063cb27",
-                "513fcf01ddd1ba23",
-                "2329d1e892530b9b"
-            ]
-        );
-    }
+    use crate::db::was_away;
 
     #[tokio::test]
     async fn a_database_that_says_nothing_is_away() {
@@ -384,41 +241,6 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn every_earlier_schema_is_brought_up_to_date_with_what_it_holds() {
-        sqlx::any::install_default_drivers();
-        let all: Vec<Migration> = Dialect::Sqlite.migrations().iter().cloned().collect();
-        for known in 0..=all.len() {
-            let data = tempfile::tempdir().unwrap();
-            let old = AnyPool::connect_with(at(&data.path().join(FILE_NAME), "rwc").unwrap())
-                .await
-                .unwrap();
-            Migrator::with_migrations(all[..known].to_vec())
-                .run(&old)
-                .await
-                .unwrap();
-            if known >= 4 {
-                let job =
-                    "INSERT INTO jobs (job, scene, state, source_bytes, key_id) VALUES ('j', 'town', 'queued', 1, 'k')";
-                old.execute(job).await.unwrap();
-            }
-            old.close().await;
-            let catalogue = Catalogue::open(data.path()).await.unwrap();
-            assert_eq!(catalogue.job("j").await.unwrap().is_some(), known >= 4, "from {known}");
-        }
-    }
-
-    #[tokio::test]
-    async fn a_schema_that_is_newer_is_taken_as_it_is() {
-        let data = tempfile::tempdir().unwrap();
-        let newer = Catalogue::open(data.path()).await.unwrap();
-        let later = "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time) \
-             VALUES (9999, 'later', TRUE, x'00', 0)";
-        newer.pool.execute(later).await.unwrap();
-        let older = Catalogue::open(data.path()).await.unwrap();
-        assert!(older.pointers().await.unwrap().is_empty());
-    }
-
-    #[tokio::test]
     async fn a_folder_with_any_name_can_hold_a_catalogue() {
         let data = tempfile::tempdir().unwrap();
         let odd = data.path().join("a b?c#d%20é");
@@ -445,34 +267,6 @@ mod tests {
             }
             connections.push(connection);
         }
-    }
-
-    #[tokio::test]
-    async fn times_are_of_one_form_and_go_by_the_second() {
-        let data = tempfile::tempdir().unwrap();
-        let catalogue = Catalogue::open(data.path()).await.unwrap();
-        let sqlite = Dialect::Sqlite;
-        let sql = format!("SELECT {} AS now, {} AS later", sqlite.now(), sqlite.in_seconds("$1"));
-        let row = sqlx::query(sqlx::AssertSqlSafe(sql)).bind(-90_i64);
-        let row = row.fetch_one(&catalogue.pool).await.unwrap();
-        let (now, before): (String, String) = (row.get("now"), row.get("later"));
-        assert!(now.len() == "2026-01-01T00:00:00.000Z".len() && before.len() == now.len() && before < now);
-    }
-
-    #[tokio::test]
-    async fn a_time_after_another_is_later_whatever_the_clock_says() {
-        let data = tempfile::tempdir().unwrap();
-        let catalogue = Catalogue::open(data.path()).await.unwrap();
-        let sql = format!("SELECT {} AS after", Dialect::Sqlite.now_after("$1"));
-        for ms in (0..1000).map(|ms| format!("{ms:03}")) {
-            let time = format!("2999-12-31T23:59:58.{ms}Z");
-            let row = sqlx::query(sqlx::AssertSqlSafe(sql.clone())).bind(&time);
-            let after: String = row.fetch_one(&catalogue.pool).await.unwrap().get("after");
-            assert!(after > time && after.starts_with("2999"), "{after} after {time}");
-        }
-        let row = sqlx::query(sqlx::AssertSqlSafe(sql)).bind(None::<&str>);
-        let now: String = row.fetch_one(&catalogue.pool).await.unwrap().get("after");
-        assert!(now.starts_with("20"), "{now}");
     }
 
     #[tokio::test]

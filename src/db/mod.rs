@@ -8,8 +8,10 @@
 //! what is published ([`StoredKey`]), who may read what is not for everybody ([`PrivateScene`]), and what is on its way
 //! ([`StoredJob`]).
 
+mod away;
 mod change;
 mod connect;
+mod dialect;
 mod identity;
 mod jobs;
 mod kept;
@@ -23,6 +25,7 @@ mod trial;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    sync::Arc,
     time::Duration,
 };
 
@@ -33,8 +36,9 @@ use belvedere_scene::{
 };
 use sqlx::{AnyPool, AssertSqlSafe, Row};
 
-use connect::Dialect;
-pub use connect::{FILE_NAME, found_no_room, was_away};
+pub use away::{found_no_room, was_away};
+pub use connect::FILE_NAME;
+use dialect::Dialect;
 pub use jobs::{Claim, Keeping, NewJob, StoredJob};
 pub use kept::{KeptDoor, KeptMover};
 pub use keys::{NewKey, StoredKey};
@@ -56,6 +60,8 @@ pub struct Catalogue {
     /// one waits for rows that somebody changes.
     vital: AnyPool,
     dialect: Dialect,
+    /// Where it is, for people.
+    place: Arc<str>,
     trials: Trials,
 }
 

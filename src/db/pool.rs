@@ -10,7 +10,7 @@ use std::time::Duration;
 use sqlx::{Any, pool::PoolConnection};
 use sqlx::{AnyConnection, AnyPool, Connection, Executor, Row};
 
-use super::connect::{CONNECT_PATIENCE, Silent};
+use super::{away::Silent, connect::CONNECT_PATIENCE};
 
 /// A connection lives at least this long, also where all new ones are read-only as well.
 const YOUNG: Duration = Duration::from_secs(1);

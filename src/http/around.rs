@@ -108,7 +108,7 @@ pub(super) async fn around(State(state): State<AppState>, mut request: Request, 
     let id = id.to_str().unwrap_or_default();
     match problem.and_then(|problem| problem.cause) {
         Some(cause) => {
-            tracing::error!(%method, route, path = uri.path(), status, ms, id, trace, error = format!("{cause:#}"), "request failed");
+            tracing::error!(%method, route, path = uri.path(), status, ms, id, trace, error = state.catalogue.why(&cause), "request failed");
         }
         None => tracing::debug!(%method, route, path = uri.path(), status, body_bytes, ms, id, trace, "request"),
     }

@@ -14,7 +14,7 @@ use belvedere_scene::BlobName;
 use bytes::Bytes;
 use hyper::body::{Frame, SizeHint};
 
-use crate::store::{BlobStore, Coding, Rest, StoreError};
+use crate::store::{BlobStore, Coding, Representation, Rest, StoreError};
 
 /// What is no longer is held by whoever reads it: to find it again would take more.
 const HELD_BYTES: usize = 16 << 10;
@@ -24,7 +24,8 @@ const HELD_BYTES: usize = 16 << 10;
 pub(super) struct Source<'a> {
     pub(super) blobs: &'a BlobStore,
     pub(super) name: &'a BlobName,
-    pub(super) coding: Option<Coding>,
+    /// The form, where it is not the blob itself.
+    pub(super) variant: Option<(Coding, &'a Representation)>,
     /// Where they begin in what is stored.
     pub(super) from: usize,
 }
@@ -66,10 +67,10 @@ impl Part {
         let Source {
             blobs,
             name,
-            coding,
+            variant,
             from,
         } = source;
-        Self::Stored(blobs.rest(name, coding, from + range.start..from + range.end))
+        Self::Stored(blobs.rest(name, variant, from + range.start..from + range.end))
     }
 
     fn len(&self) -> usize {
@@ -337,7 +338,7 @@ mod tests {
         let source = Source {
             blobs: &blobs,
             name: &name,
-            coding: None,
+            variant: None,
             from: 0,
         };
         let part = Part::of(source, &whole, 1_000..300_000);
@@ -379,5 +380,38 @@ mod tests {
             assert!(rest == said[sent..]);
         }
         assert_eq!(blobs.cache_use().lent_bytes, 0);
+    }
+
+    #[tokio::test]
+    async fn a_body_whose_form_is_stored_anew_ends_with_an_error_and_not_with_other_bytes() {
+        let data = tempfile::tempdir().unwrap();
+        // The cache has room for nothing.
+        let blobs = BlobStore::open_folder(data.path(), 16 << 10).await.unwrap();
+        let digits = (0..120_000u32).flat_map(|n| format!("{:08x}", n.wrapping_mul(2_654_435_761)).into_bytes());
+        let whole: Bytes = digits.collect();
+        let name = BlobName::of(&whole, "json").unwrap();
+        blobs.put(&name, whole.clone()).await.unwrap();
+        let coding = Coding::Gzip;
+        let forms = blobs.forms(&name, Some(coding)).await.unwrap().unwrap();
+        blobs.load(&name, &forms, Some(coding)).await.unwrap();
+        let form = forms.of(Some(coding)).unwrap();
+        let source = Source {
+            blobs: &blobs,
+            name: &name,
+            variant: Some((coding, form)),
+            from: 0,
+        };
+        let mut body = BlobBody::One(Part::of(source, &form.bytes, 0..form.bytes.len()));
+        let begun = form.bytes.clone();
+        drop(forms);
+        let first = body.frame().await.unwrap().unwrap().into_data().unwrap();
+        assert!(first.len() < begun.len() && first == begun[..first.len()]);
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        std::io::Write::write_all(&mut encoder, &whole).unwrap();
+        let file = data.path().join("o").join(format!("{name}.gz"));
+        std::fs::write(&file, encoder.finish().unwrap()).unwrap();
+        assert_eq!(body.len(), (begun.len() - first.len()) as u64);
+        let ended = body.frame().await.unwrap();
+        assert!(matches!(ended, Err(StoreError::Changed { .. })), "{ended:?}");
     }
 }

@@ -5,7 +5,7 @@ use belvedere_live::world::Refusal;
 
 use super::error::ApiError;
 use crate::{
-    jobs::JobError, live::LiveError, publish::rollback::RollbackError, published::ReadError, store::StoreError,
+    db, jobs::JobError, live::LiveError, publish::rollback::RollbackError, published::ReadError, store::StoreError,
 };
 
 impl From<StoreError> for ApiError {
@@ -17,7 +17,7 @@ impl From<StoreError> for ApiError {
             | StoreError::Misnamed { .. }
             | StoreError::TooLarge { .. }
             | StoreError::Encode { .. } => Self::Internal(error.into()),
-            StoreError::Io { .. } => Self::Unavailable(error.into()),
+            StoreError::Changed { .. } | StoreError::Io { .. } => Self::Unavailable(error.into()),
         }
     }
 }
@@ -54,10 +54,19 @@ impl From<LiveError> for ApiError {
             LiveError::Behind | LiveError::Unreadable => Self::Unavailable(error.into()),
             LiveError::Moved { current } => Self::RevisionMoved { current },
             LiveError::Stopped => Self::Stopping,
-            LiveError::Unkept(cause) => Self::Unavailable(cause),
+            LiveError::Unkept(cause) => unkept(cause),
             LiveError::Read(error) => error.into(),
         }
     }
+}
+
+/// What should have been kept is not. That there is no room may be told to anybody.
+fn unkept(cause: anyhow::Error) -> ApiError {
+    if db::found_no_room(&cause) {
+        let what = "the disk that holds the catalogue is full, so nothing new can be kept";
+        return ApiError::Away { what, cause };
+    }
+    ApiError::Unavailable(cause)
 }
 
 impl From<JobError> for ApiError {
@@ -72,7 +81,7 @@ impl From<JobError> for ApiError {
             JobError::QuotaMet { .. } => Self::QuotaMet(error.to_string()),
             JobError::Full { .. } => Self::Full(error.to_string()),
             JobError::Public(_) => Self::Conflict(error.to_string()),
-            JobError::Internal(cause) => Self::Unavailable(cause),
+            JobError::Internal(cause) => unkept(cause),
         }
     }
 }
@@ -96,5 +105,34 @@ impl From<Refusal> for ApiError {
             Refusal::NoCells => Self::NotFound("view cell in this scene".to_owned()),
             _ => Self::bad_body(refusal.pointer(), refusal),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sqlx::{AnyConnection, Connection, Executor};
+
+    use super::*;
+
+    #[tokio::test]
+    async fn that_the_disk_is_full_is_told_and_what_else_is_wrong_with_the_catalogue_is_not() {
+        sqlx::any::install_default_drivers();
+        let mut small = AnyConnection::connect("sqlite::memory:").await.unwrap();
+        small
+            .execute("PRAGMA max_page_count = 4; CREATE TABLE much (it)")
+            .await
+            .unwrap();
+        let detail = |error: sqlx::Error| {
+            let cause = anyhow::Error::from(error).context("no ids could be drawn");
+            let problem = ApiError::from(LiveError::Unkept(cause)).problem();
+            assert_eq!(problem.status, 503);
+            problem.detail
+        };
+        let full = small.execute("INSERT INTO much VALUES (zeroblob(1000000))").await;
+        let told = detail(full.unwrap_err());
+        assert!(told.starts_with("the disk that holds the catalogue is full"), "{told}");
+        let other = small.execute("INSERT INTO little VALUES (1)").await;
+        let told = detail(other.unwrap_err());
+        assert!(told.contains("its log says what"), "{told}");
     }
 }

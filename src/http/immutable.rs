@@ -283,11 +283,14 @@ impl<'a> BlobResponse<'a> {
     }
 
     /// Where the bytes of what was chosen lie.
-    pub(super) fn source(&self, chosen: &Chosen) -> Source<'a> {
+    pub(super) fn source<'s>(&self, chosen: &Chosen<'s>) -> Source<'s>
+    where
+        'a: 's,
+    {
         Source {
             blobs: self.blobs,
             name: self.name,
-            coding: chosen.coding,
+            variant: chosen.coding.map(|coding| (coding, chosen.form)),
             from: self.from,
         }
     }

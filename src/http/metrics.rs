@@ -1,5 +1,6 @@
 //! What has the server been doing? Prometheus text at `/metrics`.
 
+mod counts;
 mod durations;
 mod meeting;
 mod states;
@@ -29,6 +30,7 @@ use prometheus_client::{
 };
 
 use self::{
+    counts::put,
     durations::Durations,
     meeting::{LiveMetrics, NodeMetrics},
     states::{JobMetrics, SpanMetrics},
@@ -282,14 +284,10 @@ impl Metrics {
 /// Never, unless memory cannot be written to.
 pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
     let (inner, cache) = (&state.metrics.inner, state.blobs.cache_use());
-    inner.cache_hits.inner().store(cache.hits, Ordering::Relaxed);
-    inner.cache_misses.inner().store(cache.misses, Ordering::Relaxed);
-    let damaged = cache.damaged_variants;
-    inner.variants_damaged.inner().store(damaged, Ordering::Relaxed);
-    inner
-        .blobs_missing
-        .inner()
-        .store(state.missing.found(), Ordering::Relaxed);
+    put(&inner.cache_hits, cache.hits);
+    put(&inner.cache_misses, cache.misses);
+    put(&inner.variants_damaged, cache.damaged_variants);
+    put(&inner.blobs_missing, state.missing.found());
     inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
     inner
         .lent_bytes

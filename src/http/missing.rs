@@ -19,7 +19,7 @@ use std::{
 
 use belvedere_scene::{BlobName, SceneName};
 
-use crate::db::Catalogue;
+use crate::{db::Catalogue, seldom::Seldom};
 
 /// Between two questions to the catalogue.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -27,8 +27,6 @@ const PAUSE: Duration = Duration::from_secs(1);
 const MOST_ASKED: usize = 128;
 /// So many names are remembered to be missing.
 const MOST_FOUND: usize = 4_096;
-/// Between two lines of the log about one scene, and two questions about an object that is missing.
-const TOLD_AGAIN: Duration = Duration::from_secs(60);
 
 /// Watches over objects that are not there. Cheap to clone.
 #[derive(Debug, Clone, Default)]
@@ -37,7 +35,7 @@ pub struct MissingObjects(Arc<Inner>);
 #[derive(Debug, Default)]
 struct Inner {
     names: Mutex<Names>,
-    told: Mutex<BTreeMap<SceneName, Instant>>,
+    told: Mutex<Seldom<SceneName>>,
     found: AtomicU64,
 }
 
@@ -49,14 +47,14 @@ struct Names<S = RandomState> {
     draws: u64,
     /// By their numbers in the draw.
     drawn: BTreeSet<(u64, BlobName)>,
-    found: BTreeMap<BlobName, Instant>,
+    found: Seldom<BlobName>,
     /// Somebody asks, now and then, until there are none.
     asking: bool,
 }
 
 impl<S: BuildHasher> Names<S> {
     fn add(&mut self, blob: &BlobName) {
-        let was_found = self.found.get(blob).is_some_and(|at| at.elapsed() < TOLD_AGAIN);
+        let was_found = self.found.was_lately(blob, Instant::now());
         let place = (self.draw.hash_one((self.draws, blob)), blob.clone());
         if !was_found && self.drawn.insert(place) && self.drawn.len() > MOST_ASKED {
             self.drawn.pop_last();
@@ -72,9 +70,7 @@ impl<S: BuildHasher> Names<S> {
     }
 
     fn found(&mut self, blobs: impl Iterator<Item = BlobName>) {
-        self.found.retain(|_, at| at.elapsed() < TOLD_AGAIN);
-        let room = MOST_FOUND - self.found.len();
-        self.found.extend(blobs.take(room).map(|blob| (blob, Instant::now())));
+        self.found.add(blobs, MOST_FOUND, Instant::now());
     }
 }
 
@@ -114,11 +110,9 @@ impl MissingObjects {
         self.0.found.fetch_add(needed.len() as u64, Ordering::Relaxed);
         self.names().found(needed.keys().cloned());
         let mut told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner);
-        told.retain(|_, at| at.elapsed() < TOLD_AGAIN);
         for (blob, scene) in needed {
-            if !told.contains_key(scene) {
+            if told.is_due(scene.clone(), Instant::now()) {
                 tracing::warn!(%scene, %blob, "the store lacks an object that is published: bake its scene again");
-                told.insert(scene.clone(), Instant::now());
             }
         }
     }
@@ -223,12 +217,14 @@ mod tests {
     fn what_was_found_is_not_asked_for_again_and_gives_way_to_others() {
         let mut names = Names::<RandomState>::default();
         names.found((0..100_000).map(name));
-        assert_eq!(names.found.len(), MOST_FOUND);
         for number in 0..MOST_FOUND as u32 {
             names.add(&name(number));
         }
         assert_eq!(names.take(), []);
-        names.add(&name(200_000));
-        assert_eq!(names.take(), [name(200_000)]);
+        // The first that found no room, and one of which nobody has asked.
+        for number in [MOST_FOUND as u32, 200_000] {
+            names.add(&name(number));
+            assert_eq!(names.take(), [name(number)]);
+        }
     }
 }

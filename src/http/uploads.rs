@@ -71,7 +71,7 @@ pub(super) async fn upload(
         return Err(JobError::Public(scene).into());
     }
     plain(request.headers())?;
-    let announced = request
+    let announced: Option<u64> = request
         .headers()
         .get(header::CONTENT_LENGTH)
         .and_then(|length| length.to_str().ok()?.parse().ok());
@@ -80,7 +80,7 @@ pub(super) async fn upload(
         .upload(scene.clone(), source, &grant, announced.unwrap_or(0))
         .await?;
     let mut time = peer.map(|Extension(peer)| peer.take_time());
-    let upload = receive(upload, request.into_body()).await?;
+    let upload = receive(upload, announced, request.into_body()).await?;
     if let Some(time) = &mut time {
         time.all_here();
     }
@@ -149,17 +149,25 @@ fn plain(headers: &HeaderMap) -> Result<(), ApiError> {
     Ok(())
 }
 
-/// Takes the bytes as they come. Who is slower than a modem is given up.
-async fn receive(mut upload: Upload, mut body: Body) -> Result<Upload, ApiError> {
+/// Takes the bytes as they come, all of those that were announced. Who is slower than a modem is given up.
+async fn receive(mut upload: Upload, announced: Option<u64>, mut body: Body) -> Result<Upload, ApiError> {
     let (started, mut bytes) = (Instant::now(), 0);
+    let broke_off = |bytes: u64| {
+        let of = announced.map_or_else(String::new, |announced| format!(" of {announced}"));
+        ApiError::bad_body(
+            "",
+            format!("the upload broke off after {bytes}{of} bytes: send it again, whole"),
+        )
+    };
     loop {
         let deadline = started + HEAD_START + Duration::from_secs(bytes / LEAST_BYTES_PER_S);
         let Ok(next) = timeout_at(deadline, body.frame()).await else {
             return Err(ApiError::UploadTooSlow);
         };
         match next {
+            None if announced.is_some_and(|announced| announced != bytes) => return Err(broke_off(bytes)),
             None => return Ok(upload),
-            Some(Err(_)) => return Err(ApiError::bad_body("", "the upload broke off")),
+            Some(Err(_)) => return Err(broke_off(bytes)),
             Some(Ok(frame)) => {
                 if let Ok(data) = frame.into_data() {
                     bytes += data.len() as u64;

@@ -159,7 +159,7 @@ impl Worker {
     async fn recover(&mut self) {
         let catalogue = &self.jobs.inner.catalogue;
         while let Err(error) = catalogue.requeue_jobs_of(&self.name).await {
-            tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are");
+            tracing::error!(error = catalogue.why(&error), "cannot read which jobs there are");
             tokio::time::sleep(RETRY).await;
         }
     }
@@ -248,7 +248,8 @@ impl Worker {
     /// The catalogue does not answer; that is told once.
     fn unheard(&mut self, error: &anyhow::Error) {
         if self.heard_since.take().is_some() {
-            tracing::error!(error = format!("{error:#}"), "cannot read which jobs there are");
+            let error = self.jobs.inner.catalogue.why(error);
+            tracing::error!(error, "cannot read which jobs there are");
         }
     }
 }
@@ -329,7 +330,7 @@ async fn end(jobs: &Jobs, worker: &str, open: &Open, ended: Ended) {
     let (ours, job) = loop {
         match write().await {
             Ok(written) => break written,
-            Err(error) => tracing::error!(error = format!("{error:#}"), "cannot write down how a job ended"),
+            Err(error) => tracing::error!(error = catalogue.why(&error), "cannot write down how a job ended"),
         }
         let pause = tokio::time::sleep(RETRY);
         if jobs.inner.stopping.run_until_cancelled(pause).await.is_none() {
@@ -356,7 +357,7 @@ async fn leave(jobs: &Jobs, worker: &str, open: &Open, ended: &Ended) {
     };
     if let Err(error) = put_back {
         // The next renewal puts it back, or its lease ends.
-        tracing::warn!(error = format!("{error:#}"), "a job is put back later");
+        tracing::warn!(error = catalogue.why(&error), "a job is put back later");
     }
     let job = jobs.read(id).await.unwrap_or_else(|_| open.now.borrow().clone());
     forget(jobs, open, job);

@@ -77,7 +77,7 @@ pub enum LiveError {
     #[error("the scene's live part is not running")]
     Stopped,
     /// It was not written down that something stays, or does not any more, or cannot be read.
-    #[error("the catalogue does not answer as it should: {0}")]
+    #[error("the catalogue does not answer as it should: {0:#}")]
     Unkept(anyhow::Error),
     /// The published scene cannot be read.
     #[error(transparent)]

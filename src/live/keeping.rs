@@ -90,7 +90,10 @@ impl Keeping {
     /// Keeps where movers are, now and then, beside the scene's task. What cannot be kept is tried again.
     pub(super) fn keep(&mut self, catalogue: &Catalogue, now_ms: Ms) {
         let catalogue = catalogue.clone();
-        self.keep_with(now_ms, |poses| async move { catalogue.keep_poses(&poses).await });
+        self.keep_with(now_ms, |poses| async move {
+            let kept = catalogue.keep_poses(&poses).await;
+            kept.map_err(|error| anyhow::anyhow!(catalogue.why(&error)))
+        });
     }
 
     fn keep_with<F>(&mut self, now_ms: Ms, write: impl FnOnce(Vec<(ObjectId, String)>) -> F)

@@ -131,6 +131,25 @@ impl Ledger {
         })
     }
 
+    /// Only changes are told.
+    fn note(&self, done: &Result<(), LiveError>, away: &mut bool) {
+        match done {
+            Err(error) if !*away => {
+                let error = match error {
+                    LiveError::Unkept(cause) => self.catalogue.why(cause),
+                    other => other.to_string(),
+                };
+                tracing::warn!(error, "sessions go on here and cannot be taken up elsewhere");
+                *away = true;
+            }
+            Ok(()) if *away => {
+                tracing::info!("sessions can be taken up elsewhere again");
+                *away = false;
+            }
+            Ok(()) | Err(_) => {}
+        }
+    }
+
     fn book(&self) -> MutexGuard<'_, Book> {
         self.book.lock().expect("nobody panics while holding this lock")
     }
@@ -349,7 +368,7 @@ async fn say_and_look(live: &Live) {
     let (mut last, mut away) = (Beat { beats: 0, robbed: 0 }, false);
     loop {
         beats.tick().await;
-        note(&round(live, &mut last).await, &mut away);
+        live.0.ledger.note(&round(live, &mut last).await, &mut away);
     }
 }
 
@@ -360,7 +379,7 @@ async fn write_behind(live: &Live) {
     loop {
         // What rang meanwhile rings at once.
         _ = timeout(BEAT, ledger.rung.notified()).await;
-        note(&ledger.write().await, &mut away);
+        ledger.note(&ledger.write().await, &mut away);
         if away {
             tokio::time::sleep(BEAT).await;
         }
@@ -379,21 +398,6 @@ async fn round(live: &Live, last: &mut Beat) -> Result<(), LiveError> {
     }
     ledger.look().await?;
     ledger.forget_forsaken().await
-}
-
-/// Only changes are told.
-fn note(done: &Result<(), LiveError>, away: &mut bool) {
-    match done {
-        Err(error) if !*away => {
-            tracing::warn!(%error, "sessions go on here and cannot be taken up elsewhere");
-            *away = true;
-        }
-        Ok(()) if *away => {
-            tracing::info!("sessions can be taken up elsewhere again");
-            *away = false;
-        }
-        Ok(()) | Err(_) => {}
-    }
 }
 
 /// Others have taken sessions up that this server holds, since it was not heard of: these end here.

@@ -198,6 +198,13 @@ impl Live {
             stopping: stopping.clone(),
             tally: Arc::default(),
         }));
+        if let Err(error) = live.0.ids.lay_in().await {
+            // What is published is served all the same.
+            tracing::warn!(
+                error = format!("{error:#}"),
+                "nobody is let in until the catalogue can be written"
+            );
+        }
         tokio::spawn(stopping.run_until_cancelled_owned(ledger::keep(live.clone())));
         Ok(live)
     }

@@ -1,10 +1,7 @@
 //! What do closed doors hide? Proofs take milliseconds, so they are found beside the scene's task, which takes note of each
 //! as soon as it is there; one at a time for each scene, so that each question is of how doors stand when its turn has come.
 
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::{sync::Arc, time::Instant};
 
 use belvedere_live::{
     cells::{Cell, Hidden},
@@ -13,7 +10,10 @@ use belvedere_live::{
 use belvedere_scene::{CellId, ObjectId, Revision};
 
 use super::message::{Message, StageHandle};
-use crate::published::{Published, ReadError};
+use crate::{
+    published::{Published, ReadError},
+    seldom::Seldom,
+};
 
 /// What cannot be seen from a cell.
 #[derive(Debug)]
@@ -37,20 +37,19 @@ pub(super) fn find(published: Arc<Published>, question: Unscreened, stage: Stage
 }
 
 /// Of which revision it was told that what hides in it cannot be read. Each question finds that anew, and the log need not say so each
-/// time: it does once of each revision, and no more than once in [`TOLD_AGAIN`].
+/// time: it does once of each revision, and seldom of many.
 #[derive(Debug, Default)]
-pub(super) struct Unreadable(Option<(Revision, Instant)>);
-
-/// Between two lines of the log about one scene.
-const TOLD_AGAIN: Duration = Duration::from_secs(60);
+pub(super) struct Unreadable {
+    of: Option<Revision>,
+    told: Seldom<()>,
+}
 
 impl Unreadable {
     /// Whether that is to be told now.
     pub(super) fn is_news(&mut self, revision: Revision, now: Instant) -> bool {
-        let told = self.0;
-        let is_news = told.is_none_or(|(of, at)| of != revision && now.duration_since(at) >= TOLD_AGAIN);
+        let is_news = self.of != Some(revision) && self.told.is_due((), now);
         if is_news {
-            self.0 = Some((revision, now));
+            self.of = Some(revision);
         }
         is_news
     }
@@ -77,6 +76,8 @@ async fn answer(published: Arc<Published>, question: Unscreened) -> Result<Optio
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]

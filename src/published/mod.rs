@@ -137,7 +137,7 @@ impl Publications {
                     Err(error) => {
                         if answers.swap(false, Ordering::Relaxed) {
                             tracing::error!(
-                                error = format!("{error:#}"),
+                                error = catalogue.why(&error),
                                 "cannot read the catalogue; serving what was known"
                             );
                         }

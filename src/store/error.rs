@@ -33,6 +33,14 @@ pub enum StoreError {
         /// Which form.
         coding: Coding,
     },
+    /// A stored form was written anew while somebody read it: what was sent of it and what is there do not go together.
+    #[error("the {} form of blob {name} was stored anew while it was read; whoever asks again gets it whole", coding.token())]
+    Changed {
+        /// The blob.
+        name: BlobName,
+        /// Which form.
+        coding: Coding,
+    },
     /// A blob that must be there is not.
     #[error("blob {0} is not in the store; bake its scene again")]
     Missing(BlobName),

@@ -10,7 +10,7 @@ use bytes::Bytes;
 use quick_cache::Weighter;
 use tokio::sync::OnceCell;
 
-use super::{Coding, coding};
+use super::{Coding, coding, seals::Seal};
 
 /// One stored form of a blob.
 #[derive(Debug)]
@@ -21,6 +21,8 @@ pub struct Representation {
     pub etag: Bytes,
     /// What whoever sends this form has worked out once.
     pub derived: Derived,
+    /// By which it is known again when it is read anew; none of what is in no store.
+    seal: OnceLock<Seal>,
 }
 
 impl Representation {
@@ -31,7 +33,20 @@ impl Representation {
             bytes,
             etag,
             derived: Derived::default(),
+            seal: OnceLock::new(),
         }
+    }
+
+    /// Takes note of the seal of its bytes, if it has none.
+    pub(super) fn seal_with(&self, seal: Option<Seal>) {
+        if let Some(seal) = seal {
+            // The first one says the same.
+            _ = self.seal.set(seal);
+        }
+    }
+
+    pub(super) fn seal(&self) -> Option<&Seal> {
+        self.seal.get()
     }
 }
 

@@ -142,6 +142,7 @@ impl BlobStore {
                 return None;
             }
             let form = Representation::new(bytes.into(), etag(name.hash(), coding));
+            form.seal_with(Some(seal));
             slot.set(Some(form)).ok()
         };
         if read().is_none() {
@@ -186,7 +187,7 @@ impl BlobStore {
         for coding in [None].into_iter().chain(Coding::ALL.map(Some)) {
             if let Some(form) = forms.of(coding) {
                 let with = |coding| forms.has(Some(coding));
-                self.inner.seals.add(name, coding, &form.bytes, with);
+                form.seal_with(self.inner.seals.add(name, coding, &form.bytes, with));
             }
         }
         Ok(forms)
@@ -228,7 +229,7 @@ impl BlobStore {
             return if coding.is_none() { Err(None) } else { Ok(None) };
         };
         let seals = &self.inner.seals;
-        let seal = seals.of(name).and_then(|known| known.seal(coding));
+        let mut seal = seals.of(name).and_then(|known| known.seal(coding));
         if !seal.as_ref().is_some_and(|seal| seals.holds(seal, &bytes)) {
             if seal.is_some() {
                 // What was known of it is not so any more.
@@ -242,9 +243,11 @@ impl BlobStore {
                     return Ok(None);
                 }
             }
-            seals.add(name, coding, &bytes, |coding| forms.slot(Some(coding)).is_some());
+            seal = seals.add(name, coding, &bytes, |coding| forms.slot(Some(coding)).is_some());
         }
-        Ok(Some(Representation::new(bytes, etag(name.hash(), coding))))
+        let form = Representation::new(bytes, etag(name.hash(), coding));
+        form.seal_with(seal);
+        Ok(Some(form))
     }
 
     /// Tells of a damaged variant, once until it is written anew.

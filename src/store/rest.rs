@@ -5,6 +5,10 @@
 //! reads a piece at a time from the store, of which each section is known again by its [seal](super::seals). What is not known any more
 //! comes back into memory as a whole, and is checked as ever.
 //!
+//! A variant may be stored anew meanwhile: other bytes, of another length, that decode to the same blob. So a [`Rest`] of one holds the seal of
+//! the whole that it began with, and gives nothing that is not of that; whoever reads it is cut off with [`StoreError::Changed`]. The bytes of an identity
+//! are said by its name.
+//!
 //! Pieces are *lent*: their bytes are counted until they are freed. While much is lent, pieces are small, so that what readers hold
 //! grows no further than by their number.
 
@@ -24,7 +28,12 @@ use bytes::Bytes;
 use object_store::{GetOptions, ObjectStore, path::Path as Key};
 use tokio_util::task::AbortOnDropHandle;
 
-use super::{BlobStore, Coding, StoreError, first_bytes, io, loading::aside, loading::file_name, unfinished::generic};
+use super::{
+    BlobStore, Coding, Representation, StoreError, first_bytes, io,
+    loading::{aside, file_name},
+    seals::Seal,
+    unfinished::generic,
+};
 
 /// A usual piece.
 const PIECE_BYTES: usize = 256 << 10;
@@ -38,11 +47,31 @@ const MUCH: u64 = 4;
 pub struct Rest {
     store: BlobStore,
     name: BlobName,
-    coding: Option<Coding>,
+    variant: Option<Variant>,
     range: Range<usize>,
 }
 
+/// Which variant was begun with.
+#[derive(Debug, Clone)]
+struct Variant {
+    coding: Coding,
+    /// None is that of no stored bytes.
+    seal: Option<Seal>,
+}
+
+impl Variant {
+    /// Whether a form has the very bytes that were begun with, by when they were sealed.
+    fn is(&self, form: &Representation) -> bool {
+        let seals = self.seal.as_ref().zip(form.seal());
+        seals.is_some_and(|(begun, there)| begun.is(there))
+    }
+}
+
 impl Rest {
+    fn coding(&self) -> Option<Coding> {
+        self.variant.as_ref().map(|variant| variant.coding)
+    }
+
     /// How many bytes these are.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -64,7 +93,10 @@ impl Rest {
     #[must_use]
     pub fn in_memory(&self) -> Option<Bytes> {
         let entry = self.store.inner.cache.get(&self.name)?;
-        let form = entry.forms.of(self.coding)?;
+        let form = entry.forms.of(self.coding())?;
+        if self.variant.as_ref().is_some_and(|variant| !variant.is(form)) {
+            return None;
+        }
         form.bytes.get(self.range.clone())?;
         Some(form.bytes.slice(self.range.clone()))
     }
@@ -80,7 +112,7 @@ impl Rest {
     /// The first of them, lent: at least one where there are any.
     ///
     /// # Errors
-    /// When the store fails, the bytes are damaged or the blob has been deleted since.
+    /// When the store fails, the bytes are damaged, or the blob has been deleted or the variant stored anew since.
     pub fn read(&self) -> impl Future<Output = Result<Bytes, StoreError>> + Send + use<> {
         let rest = self.clone();
         let runtime = self.store.inner.runtime.clone();
@@ -98,29 +130,46 @@ impl Rest {
         let Self {
             store,
             name,
-            coding,
+            variant,
             range,
         } = &self;
+        let (coding, seals) = (self.coding(), &store.inner.seals);
+        let seal = match variant {
+            Some(variant) => variant.seal.clone(),
+            None => seals.of(name).and_then(|known| known.seal(None)),
+        };
         let piece = range.start..range.end.min(range.start + store.inner.lent.piece_bytes());
-        if let Some(bytes) = store.read_sealed(name, *coding, piece.clone()).await? {
+        if let Some(seal) = &seal
+            && let Some(bytes) = store.read_sealed(name, coding, seal, piece.clone()).await?
+        {
             return Ok(store.lend(bytes));
         }
         let gone = || StoreError::Missing(name.clone());
-        let forms = store.forms(name, *coding).await?.ok_or_else(gone)?;
-        store.load(name, &forms, *coding).await?;
-        let form = forms.of(*coding).ok_or_else(gone)?;
+        let forms = store.forms(name, coding).await?.ok_or_else(gone)?;
+        store.load(name, &forms, coding).await?;
+        let form = forms.of(coding).ok_or_else(gone)?;
+        if let Some(Variant { coding, seal }) = variant
+            && !seal.as_ref().is_some_and(|seal| seals.holds(seal, &form.bytes))
+        {
+            let (name, coding) = (name.clone(), *coding);
+            return Err(StoreError::Changed { name, coding });
+        }
         Ok(store.lend(form.bytes.get(piece).ok_or_else(gone)?.to_vec()))
     }
 }
 
 impl BlobStore {
-    /// A part of a form of a blob, for whoever may take it slowly.
+    /// A part of a blob, or of this variant of it, for whoever may take it slowly.
     #[must_use]
-    pub fn rest(&self, name: &BlobName, coding: Option<Coding>, range: Range<usize>) -> Rest {
+    pub fn rest(&self, name: &BlobName, variant: Option<(Coding, &Representation)>, range: Range<usize>) -> Rest {
+        let variant = variant.map(|(coding, form)| Variant {
+            coding,
+            seal: form.seal().cloned(),
+        });
         Rest {
             store: self.clone(),
             name: name.clone(),
-            coding,
+            variant,
             range,
         }
     }
@@ -137,22 +186,20 @@ impl BlobStore {
         self.inner.lent.is_much()
     }
 
-    /// Reads some of a form anew; none when it cannot be known again, and must be checked as a whole.
+    /// Reads some of a form anew; none when it is not known again by its seal, and must be checked as a whole.
     async fn read_sealed(
         &self,
         name: &BlobName,
         coding: Option<Coding>,
+        seal: &Seal,
         range: Range<usize>,
     ) -> Result<Option<Vec<u8>>, StoreError> {
         let seals = &self.inner.seals;
-        let Some(seal) = seals.of(name).and_then(|known| known.seal(coding)) else {
-            return Ok(None);
-        };
         let sections = seal.sections(&range);
         let Some(read) = self.read_part(&file_name(name, coding), sections.clone()).await? else {
             return Ok(None);
         };
-        if !seals.holds_sections(&seal, &sections, &read) {
+        if !seals.holds_sections(seal, &sections, &read) {
             seals.forget(name);
             return Ok(None);
         }

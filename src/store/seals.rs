@@ -85,19 +85,25 @@ impl Seals {
         self.known.get(name)
     }
 
-    /// Remembers a form that was checked, of a blob that is stored with these codings.
-    pub(super) fn add(&self, name: &BlobName, coding: Option<Coding>, bytes: &[u8], with: impl Fn(Coding) -> bool) {
-        let Ok(length) = u32::try_from(bytes.len()) else { return };
+    /// Remembers a form that was checked, of a blob that is stored with these codings; gives its seal.
+    pub(super) fn add(
+        &self,
+        name: &BlobName,
+        coding: Option<Coding>,
+        bytes: &[u8],
+        with: impl Fn(Coding) -> bool,
+    ) -> Option<Seal> {
+        let length = u32::try_from(bytes.len()).ok()?;
         let sections = bytes.chunks(SECTION_BYTES);
         let nonce = self.next.fetch_add(sections.len() as u64, Ordering::Relaxed);
         let tag = |(nonce, section)| self.tag(nonce, section)?.as_ref().try_into().ok();
-        let Some(tags) = (nonce..).zip(sections).map(tag).collect() else {
-            return;
-        };
+        let tags = (nonce..).zip(sections).map(tag).collect::<Option<_>>()?;
+        let seal = Seal { length, nonce, tags };
         let mut known = self.of(name).unwrap_or_default();
         known.with = Coding::ALL.map(with);
-        known.seals[place(coding)] = Some(Seal { length, nonce, tags });
+        known.seals[place(coding)] = Some(seal.clone());
         self.known.insert(name.clone(), known);
+        Some(seal)
     }
 
     /// Whether these are the bytes that were sealed.
@@ -135,6 +141,11 @@ impl Seals {
 }
 
 impl Seal {
+    /// Whether this is the seal that was given at the same time: of the very same bytes.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        self.nonce == other.nonce
+    }
+
     /// The sections in which these bytes lie.
     pub(super) fn sections(&self, bytes: &Range<usize>) -> Range<usize> {
         let end = bytes.end.next_multiple_of(SECTION_BYTES).min(self.length as usize);

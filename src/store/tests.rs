@@ -383,3 +383,70 @@ async fn the_rest_of_a_form_is_read_in_pieces_that_are_counted_and_never_damaged
     let gone = folder.rest(&name, None, 0..100).read().await;
     assert!(matches!(gone, Err(StoreError::Missing(_))), "{gone:?}");
 }
+
+/// Hexadecimal digits in no order: half of them is saved, and no more.
+fn digits(many: u32) -> Bytes {
+    (0..many / 8)
+        .flat_map(|n| format!("{:08x}", n.wrapping_mul(2_654_435_761).rotate_left(n % 32)).into_bytes())
+        .collect()
+}
+
+/// Puts other bytes in the place of a file, in one step.
+fn store_anew(file: &Path, bytes: &[u8]) {
+    let beside = file.with_extension("new");
+    std::fs::write(&beside, bytes).unwrap();
+    std::fs::rename(beside, file).unwrap();
+}
+
+#[tokio::test]
+async fn a_variant_that_is_stored_anew_is_never_mixed_with_what_a_slow_reader_has_got() {
+    let (data, store) = store().await;
+    let bytes = digits(1_200_000);
+    let name = named(&bytes, "json");
+    store.put(&name, bytes.clone()).await.unwrap();
+    for coding in Coding::ALL {
+        let file = file_of(&data, &name, Some(coding));
+        let begin = async || {
+            let forms = store.forms(&name, Some(coding)).await.unwrap().unwrap();
+            store.load(&name, &forms, Some(coding)).await.unwrap();
+            let form = forms.of(Some(coding)).unwrap();
+            let whole = form.bytes.clone();
+            (store.rest(&name, Some((coding, form)), 0..whole.len()), whole)
+        };
+        let (mut rest, whole) = begin().await;
+        store.inner.cache.clear();
+        let mut got = rest.read().await.unwrap().to_vec();
+        rest.advance(got.len());
+        assert!(!rest.is_empty());
+        // The same bytes in another file are the same, also where they were checked anew.
+        store_anew(&file, &whole);
+        store.inner.seals.forget(&name);
+        drop(begin().await);
+        let piece = rest.read().await.unwrap();
+        rest.advance(piece.len());
+        got.extend_from_slice(&piece);
+        assert!(!rest.is_empty() && got == whole[..got.len()]);
+
+        let other = match coding {
+            Coding::Zstd => zstd::stream::encode_all(&bytes[..], 1).unwrap(),
+            Coding::Gzip => {
+                let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+                std::io::Write::write_all(&mut encoder, &bytes).unwrap();
+                encoder.finish().unwrap()
+            }
+        };
+        assert_ne!(other.len(), whole.len());
+        store_anew(&file, &other);
+        store.inner.cache.clear();
+        let ended = rest.read().await;
+        assert!(matches!(ended, Err(StoreError::Changed { .. })), "{ended:?}");
+        // Nor when somebody has read the new one meanwhile, which is in memory.
+        let (new, there) = begin().await;
+        assert!(there == other, "who begins now gets what is there");
+        assert!(rest.in_memory().is_none() && rest.piece_in_memory().is_none());
+        let ended = rest.read().await;
+        assert!(matches!(ended, Err(StoreError::Changed { .. })), "{ended:?}");
+        let first = new.read().await.unwrap();
+        assert!(first == other[..first.len()]);
+    }
+}

@@ -26,7 +26,7 @@ async fn wander(people: &[(&Person, [f64; 2])], steps: std::ops::Range<u32>) {
     }
 }
 
-async fn enter(server: &Server, scene: &str, [x, z]: [f64; 2]) -> Person {
+pub(crate) async fn enter(server: &Server, scene: &str, [x, z]: [f64; 2]) -> Person {
     let body = json!({"position": [x + 0.6, 1.5, z], "max_speed_mps": 1.5, "radius_m": 0.3, "t_ms": 0});
     Person::enter_scene(address(server), scene, &body).await
 }

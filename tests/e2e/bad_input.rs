@@ -1,6 +1,6 @@
 //! What the program says to bad input: an error that names the place and the way out; nothing is published.
 
-use crate::program::Data;
+use crate::{boxes::two_rooms, program::Data};
 
 /// Bakes bytes that must be refused; gives the message.
 fn refused(name: &str, bytes: impl AsRef<[u8]>) -> String {
@@ -17,6 +17,23 @@ fn refused(name: &str, bytes: impl AsRef<[u8]>) -> String {
 fn a_truncated_file_is_refused() {
     let message = refused("cut.glb", b"glTF\x02\0\0\0\xff\xff\0\0");
     assert!(message.contains("cut.glb"), "{message}");
+}
+
+#[test]
+fn a_glb_of_which_a_part_came_is_not_taken_for_a_whole_one() {
+    let whole = two_rooms();
+    // All of the document, and some of the numbers that it speaks of.
+    let half = &whole[..whole.len() - 100];
+    let message = refused("cut.glb", half);
+    let [there, all] = [half, &whole[..]].map(|bytes| bytes.len().to_string());
+    assert!(
+        message.contains("cut.glb") && message.contains("send or export it again"),
+        "{message}"
+    );
+    assert!(
+        message.contains(&format!("ends at byte {there}")) && message.contains(&all),
+        "{message}"
+    );
 }
 
 #[test]
@@ -162,6 +179,36 @@ fn settings_are_checked_without_serving_and_without_a_trace() {
     let hidden = "postgres://me:hush@127.0.0.1:1/db";
     let told = data.fails(&["serve", "--check-config", "--database", hidden]);
     assert!(told.contains("127.0.0.1:1/db") && !told.contains("hush"), "{told}");
+    let told = data.fails(&["serve", "--check-config", "--nats", "nats://me:hush@127.0.0.1:1"]);
+    assert!(
+        told.contains("`nats` cannot be reached: nats://127.0.0.1:1") && !told.contains("hush"),
+        "{told}"
+    );
+}
+
+#[test]
+fn a_share_that_is_larger_than_the_whole_is_said_to_do_nothing() {
+    let data = Data::new();
+    let does_nothing = |more: &[&str]| -> Vec<String> {
+        let said = data.ok(&[&["serve", "--listen", "127.0.0.1:0", "--check-config"], more].concat());
+        let lines = said.lines().filter(|line| line.contains(" does nothing: "));
+        lines.map(str::to_owned).collect()
+    };
+    let said = does_nothing(&["--max-connections", "100", "--max-connections-per-address", "101"]);
+    assert_eq!(
+        said,
+        [
+            "max_connections_per_address does nothing: it is 101, and max_connections is 100 already; set it to 100 to say the same"
+        ]
+    );
+    let said = does_nothing(&["--max-sessions", "7", "--max-sessions-per-address", "8"]);
+    assert!(
+        matches!(&said[..], [line] if line.starts_with("max_sessions_per_address does nothing: it is 8")),
+        "{said:?}"
+    );
+    // Behind a proxy it is as many as all.
+    assert!(does_nothing(&["--max-connections", "100", "--max-connections-per-address", "100"]).is_empty());
+    assert!(does_nothing(&[]).is_empty());
 }
 
 /// Bits of permission say that somebody may write, and not that this user may.

@@ -3,6 +3,7 @@
 
 mod auditing;
 mod auditing_doors;
+mod auditing_promises;
 mod bad_input;
 mod boxes;
 mod doors;

@@ -6,6 +6,10 @@ use belvedere::{
     config::Settings,
     keys::{Keys, Scope, Wanted},
 };
+use bytes::Bytes;
+use http_body_util::StreamBody;
+use hyper::body::Frame;
+use hyper_util::rt::{TokioExecutor, TokioIo};
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
     net::TcpStream,
@@ -172,16 +176,55 @@ async fn what_is_uploaded_is_its_servers_alone_also_where_the_data_folder_is_not
 #[tokio::test]
 async fn an_upload_that_breaks_off_leaves_nothing() {
     let publisher = Publisher::start().await;
-    let mut stream = TcpStream::connect(publisher.server.address).await.unwrap();
-    let head = format!(
-        "PUT /v1/scenes/town HTTP/1.1\r\nHost: t\r\nAuthorization: Bearer {}\r\nContent-Length: 100000\r\n\r\nhalf",
-        publisher.key
-    );
-    stream.write_all(head.as_bytes()).await.unwrap();
-    while publisher.uploads() == 0 {
-        tokio::time::sleep(Duration::from_millis(10)).await;
+    let half = [
+        "Content-Length: 100000\r\n\r\nhalf",
+        // Inside a chunk, between two, and before the last one, which has nothing in it.
+        "Transfer-Encoding: chunked\r\n\r\n4\r\nhalf\r\n64\r\nhalf",
+        "Transfer-Encoding: chunked\r\n\r\n4\r\nhalf\r\n",
+        "Transfer-Encoding: chunked\r\n\r\n4\r\nhalf\r\n0\r\n",
+    ];
+    // Whoever sends no more may still read.
+    for (half, reads) in half.into_iter().flat_map(|half| [(half, false), (half, true)]) {
+        let mut stream = TcpStream::connect(publisher.server.address).await.unwrap();
+        let head = format!(
+            "PUT /v1/scenes/town HTTP/1.1\r\nHost: t\r\nAuthorization: Bearer {}\r\n{half}",
+            publisher.key
+        );
+        stream.write_all(head.as_bytes()).await.unwrap();
+        while publisher.uploads() == 0 {
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+        if reads {
+            stream.shutdown().await.unwrap();
+            let mut answer = vec![];
+            stream.read_to_end(&mut answer).await.unwrap();
+            assert!(answer.is_empty() || parse(&answer).status == 400, "{half:?}");
+        }
+        drop(stream);
+        while publisher.uploads() > 0 {
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
     }
-    drop(stream);
+}
+
+#[tokio::test]
+async fn an_upload_over_http2_that_is_shorter_than_it_says_is_no_job() {
+    let publisher = Publisher::start().await;
+    let address = publisher.server.address;
+    let stream = TokioIo::new(TcpStream::connect(address).await.unwrap());
+    let (mut sender, connection) = hyper::client::conn::http2::handshake(TokioExecutor::new(), stream)
+        .await
+        .unwrap();
+    tokio::spawn(connection);
+    let request = hyper::Request::put(format!("http://{address}/v1/scenes/town"))
+        .header("authorization", format!("Bearer {}", publisher.key))
+        .header("content-length", "100000");
+    // What comes piece by piece is sent as it comes, whatever was announced.
+    let frames = futures_util::stream::iter([Ok::<_, std::io::Error>(Frame::data(Bytes::from_static(b"half")))]);
+    let answer = sender
+        .send_request(request.body(StreamBody::new(frames)).unwrap())
+        .await;
+    assert!(answer.is_err() || answer.unwrap().status() == 400);
     while publisher.uploads() > 0 {
         tokio::time::sleep(Duration::from_millis(10)).await;
     }

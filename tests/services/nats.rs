@@ -487,6 +487,14 @@ async fn nodes_log_in_with_what_stands_in_the_address_and_one_that_may_not_is_to
         })
         .await;
         let stranger = format!("nats://hush:wrong@127.0.0.1:{}", nats.port);
+        let check = ["serve", "--listen", "127.0.0.1:0", "--check-config", "--nats"];
+        let checked = data.ok(&[&check[..], &[&nats.url()]].concat());
+        let refused = data.fails(&[&check[..], &[&stranger]].concat());
+        assert!(refused.contains("look at its user and password"), "{refused}");
+        assert!(
+            !checked.contains("hush") && !refused.contains("hush"),
+            "{checked}{refused}"
+        );
         let stranger = data.serve_with(&["--nats", &stranger, "--node", "c"]).may_warn();
         stranger.until_it_says("NATS refuses this node").await;
         for server in [a, b, stranger] {

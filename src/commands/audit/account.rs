@@ -14,7 +14,7 @@ use belvedere_live::{
 };
 use belvedere_scene::{Bounds, CellId, ObjectId, Revision};
 
-use super::{crowd::Press, judge::Finding, mover::Mover, poses::Shown, telling::Telling};
+use super::{crowd::Press, judge::Finding, mover::Mover, poses::Shown, promises::Promises, telling::Telling};
 
 /// A scene as a recording tells of it.
 #[derive(Debug)]
@@ -36,6 +36,8 @@ pub(super) struct Account {
     pub(super) ended: BTreeSet<SessionId>,
     /// Where so many stand that some need not be told of.
     pub(super) press: Option<Press>,
+    /// What owners were told by `hush`.
+    pub(super) promises: Promises,
 }
 
 #[derive(Debug)]
@@ -43,7 +45,7 @@ pub(super) struct Person {
     pub(super) avatar: ObjectId,
     pub(super) aoi: Aoi,
     hears_movers: bool,
-    listens: bool,
+    pub(super) listens: bool,
     /// Movers that it has been told of, and not that they are gone, and what it was told last.
     pub(super) shown: BTreeMap<ObjectId, Shown>,
     /// These, and those that may come back without an info.
@@ -96,6 +98,7 @@ impl Account {
             doors_told: Vec::new(),
             ended: BTreeSet::new(),
             press: Press::of(&rules, ground),
+            promises: Promises::default(),
         }
     }
 
@@ -144,6 +147,7 @@ impl Account {
                 }
             }
             Input::Close { session } => {
+                self.end_promises_to(*session);
                 if let Some(person) = self.people.remove(session) {
                     self.movers.remove(&person.avatar);
                     self.ended.insert(*session);
@@ -189,10 +193,12 @@ impl Account {
                 self.press = Press::of(&self.rules, ground);
                 self.doors.clear();
                 self.people.values_mut().for_each(|person| person.doors.clear());
+                self.movers.values_mut().for_each(|mover| mover.promise = None);
                 let everybody: Vec<_> = self.people.keys().copied().collect();
                 everybody.into_iter().for_each(|session| self.look(session, now_ms));
             }
             Input::Listens { session, listens } => {
+                self.end_promises_to(*session);
                 if let Some(person) = self.people.get_mut(session) {
                     person.listens = *listens;
                     person.forget();

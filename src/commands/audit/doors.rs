@@ -101,6 +101,7 @@ fn finding(
         position: within(&door.bounds, [0.5; 3]),
         eye_cells: person.eyes.0.clone(),
         cells: account.cells.meeting(&door.bounds),
+        why: None,
     })
 }
 

@@ -38,6 +38,8 @@ pub(super) struct Heard {
     earliest_ms: Ms,
     latest_ms: Ms,
     clock: Clock,
+    /// The last time that its sender told, in its clock and, at the earliest, in ours.
+    stamped_ms: Option<(Ms, Ms)>,
 }
 
 /// What was promised of how something moves.
@@ -51,7 +53,7 @@ impl Heard {
     /// The first pose of something counts from when it comes.
     pub(super) fn first(sent: &Sent, promise: Promise, now_ms: Ms) -> Self {
         let mut clock = Clock::default();
-        clock.earliest_ms(sent.t_ms, now_ms);
+        let earliest_ms = clock.earliest_ms(sent.t_ms, now_ms);
         Self {
             sent: *sent,
             velocity: Some(limited(
@@ -65,6 +67,7 @@ impl Heard {
             earliest_ms: now_ms,
             latest_ms: now_ms,
             clock,
+            stamped_ms: sent.t_ms.map(|t_ms| (t_ms, earliest_ms)),
         }
     }
 
@@ -72,6 +75,7 @@ impl Heard {
     pub(super) fn hear(&mut self, sent: &Sent, promise: Promise, now_ms: Ms) {
         let most_mps = SLACK * promise.max_speed_mps;
         let earliest_ms = self.clock.earliest_ms(sent.t_ms, now_ms);
+        self.stamped_ms = sent.t_ms.map(|t_ms| (t_ms, earliest_ms)).or(self.stamped_ms);
         self.step = std::array::from_fn(|axis| sent.position[axis] - self.sent.position[axis]);
         self.at_once = earliest_ms <= self.latest_ms;
         self.earliest_ms = earliest_ms.clamp(self.earliest_ms, now_ms);
@@ -80,6 +84,12 @@ impl Heard {
         self.acceleration = acceleration(sent, promise);
         self.most_mps = most_mps;
         self.sent = *sent;
+    }
+
+    /// A time of the sender's clock in ours, the earliest that it may be; who has told none goes by ours.
+    pub(super) fn ours_ms(&self, theirs_ms: Ms) -> Ms {
+        self.stamped_ms
+            .map_or(theirs_ms, |(t_ms, earliest_ms)| earliest_ms + theirs_ms - t_ms)
     }
 
     /// What is wrong with a pose that somebody is told, and by how many metres.

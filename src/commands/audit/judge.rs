@@ -5,7 +5,8 @@
 //! that are published: who stands in a hidden corner of a cell that is seen into is no leak. Where neither a sight line nor a
 //! proof was found the telling is *undecided*.
 //!
-//! A *miss*: a mover is in plain view of a participant, well inside the area of interest, and for a few ticks on end the
+//! A *miss*: somebody sees into where a mover may be whose owner was told to be silent, and was not woken
+//! ([`promises`](super::promises)). Or a mover is in plain view of a participant, well inside the area of interest, and for a few ticks on end the
 //! session was not told of it. (Doors are asked for alike, in [`doors`](super::doors).) Who says nothing is where it said last: that is what others are to be told until it speaks. Whom a
 //! crowd hides is no miss where the rules leave such people out ([`crowd`](super::crowd)), and counted apart. Nor is one as long as the
 //! session has been told so many infos that it waits for its stream; these are counted apart too, and when there is room again,
@@ -31,7 +32,7 @@ use super::{
 /// What a closed door hides is told of for so long at most after it was closed, or after somebody has come into a cell.
 pub(super) const DOOR_GRACE_MS: Ms = 2_000;
 /// Who comes into view is told of within so many ticks.
-const TICKS_TO_TELL: Ms = 3;
+pub(super) const TICKS_TO_TELL: Ms = 3;
 /// What is in plain view shows at least so much around its middle.
 pub(super) const PLAIN_M: f64 = 0.02;
 
@@ -53,6 +54,9 @@ pub(super) struct Finding {
     pub(super) eye_cells: Vec<CellId>,
     /// Cells that the mover may have touched.
     pub(super) cells: Vec<CellId>,
+    /// What brought it about, where that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) why: Option<&'static str>,
 }
 
 /// What was found of a scene, and what was looked at.
@@ -78,6 +82,8 @@ pub(super) struct Judge {
     suspects: BTreeMap<(SessionId, ObjectId), Suspect>,
     /// Doors in plain view that are taken to stand otherwise than they do, since when.
     pub(super) door_suspects: BTreeMap<(SessionId, ObjectId), Ms>,
+    /// Those that plainly see into the ball of a mover whose owner relies on that nobody does, since when.
+    pub(super) unwoken: BTreeMap<(SessionId, ObjectId), Ms>,
     ticks: u64,
 }
 
@@ -106,6 +112,7 @@ impl Judge {
         }
         self.convict(account, sights, now_ms);
         self.look_at_doors(account, sights, now_ms, looks);
+        self.look_at_promises(account, sights, now_ms, looks);
     }
 
     /// Takes note of what is wrong with what was told, whatever can be seen.
@@ -228,7 +235,7 @@ fn told_of(account: &Account, told: Telling, now_ms: Ms) -> Option<Finding> {
     })
 }
 
-fn finding(account: &Account, session: SessionId, object: ObjectId, now_ms: Ms) -> Option<Finding> {
+pub(super) fn finding(account: &Account, session: SessionId, object: ObjectId, now_ms: Ms) -> Option<Finding> {
     let person = account.people.get(&session)?;
     let mover = account.movers.get(&object)?;
     Some(Finding {
@@ -240,6 +247,7 @@ fn finding(account: &Account, session: SessionId, object: ObjectId, now_ms: Ms) 
         position: mover.position(now_ms),
         eye_cells: person.eyes.0.clone(),
         cells: mover.cells(&account.cells, now_ms, account.rules.tick_ms),
+        why: None,
     })
 }
 

@@ -12,6 +12,7 @@ mod heard;
 mod judge;
 mod mover;
 mod poses;
+mod promises;
 mod report;
 mod sights;
 mod suspect;
@@ -228,6 +229,9 @@ impl Scene {
         let said: Value = serde_json::from_str(output).unwrap_or_default();
         if said["answer"].get("refused").is_none() {
             account.hear(input, at_ms);
+            self.judge
+                .untrue
+                .extend(account.answered(input, &said["answer"], at_ms));
         }
         let told = said["told"].as_array().map_or(&[][..], Vec::as_slice);
         for told in told {
@@ -250,6 +254,7 @@ impl Scene {
 
     fn report(self) -> SceneReport {
         let Looked { pairs, cells, hunted } = self.looked();
+        let promises = self.account.map(|account| account.promises).unwrap_or_default();
         let mut report = self.report;
         self.judge.leaks.into_iter().for_each(|leak| report.leaks.add(leak));
         self.judge
@@ -265,6 +270,8 @@ impl Scene {
             untold: self.judge.untold,
             culled: self.judge.culled,
             waiting: self.judge.waiting,
+            hushed: promises.begun,
+            broken: promises.broken,
             pairs,
             cells,
             hunted,

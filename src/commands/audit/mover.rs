@@ -9,7 +9,10 @@ use belvedere_live::{
 };
 use belvedere_scene::CellId;
 
-use super::heard::{ESTIMATE_LASTS_MS, Heard, Promise, same};
+use super::{
+    heard::{self, ESTIMATE_LASTS_MS, Heard, same},
+    promises::Promise,
+};
 
 /// No two poses from which a velocity is estimated come faster.
 const MOST_STEPS_PER_S: f64 = 1_000.0;
@@ -33,6 +36,8 @@ pub(super) struct Mover {
     max_acceleration_mps2: Option<f64>,
     heard: Heard,
     way: Option<Trajectory>,
+    /// While its owner need not speak.
+    pub(super) promise: Option<Promise>,
 }
 
 /// How somebody is extrapolated of whom nothing is heard.
@@ -47,7 +52,7 @@ enum GoesOn {
 impl Mover {
     pub(super) fn new(owner: Option<SessionId>, new: &NewMover, now_ms: Ms) -> Self {
         let max_speed_mps = new.way.as_ref().map_or(new.max_speed_mps, Trajectory::fastest_mps);
-        let promise = Promise {
+        let promise = heard::Promise {
             max_speed_mps,
             max_acceleration_mps2: new.max_acceleration_mps2,
         };
@@ -63,6 +68,7 @@ impl Mover {
             max_acceleration_mps2: new.max_acceleration_mps2,
             heard: Heard::first(&new.pose, promise, now_ms),
             way: new.way.clone(),
+            promise: None,
         };
         mover.go_on(&new.pose, now_ms);
         mover
@@ -70,7 +76,7 @@ impl Mover {
 
     /// A pose has come in.
     pub(super) fn say(&mut self, sent: &Sent, now_ms: Ms) {
-        let promise = Promise {
+        let promise = heard::Promise {
             max_speed_mps: self.max_speed_mps,
             max_acceleration_mps2: self.max_acceleration_mps2,
         };
@@ -152,6 +158,16 @@ impl Mover {
             }
             None => (self.heard.off_m(believed, now_ms), told.turned_rad(&self.heard.pose())),
         }
+    }
+
+    /// How far a place is at least from wherever it may be by now, and from where it spoke last.
+    pub(super) fn off_at_least_m(&self, place: [f64; 3], now_ms: Ms) -> f64 {
+        distance_m(place, self.position(now_ms)).min(self.heard.off_m(place, now_ms))
+    }
+
+    /// A time of its owner's clock in the server's: the earliest that it may be.
+    pub(super) fn ours_ms(&self, theirs_ms: Ms) -> Ms {
+        self.heard.ours_ms(theirs_ms)
     }
 
     /// How far it may be from there: it moves on for a while unheard, or the server extrapolates. A velocity that it stated beyond its

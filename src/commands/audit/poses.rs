@@ -26,7 +26,7 @@ const LONGEST_PERIOD_TICKS: Ms = 16;
 /// that is more.
 const BEYOND: f64 = 1.01;
 /// What is computed from the same numbers differs by no more.
-const ROUNDING: f64 = 1e-6;
+pub(super) const ROUNDING: f64 = 1e-6;
 
 /// What a session knows of a mover.
 #[derive(Debug, Clone)]

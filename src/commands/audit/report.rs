@@ -37,6 +37,10 @@ pub(super) struct SceneReport {
     pub(super) culled: u64,
     /// Pairs of these that were in view while the session waited for its stream to take what it was told before.
     pub(super) waiting: u64,
+    /// Promises that owners were told by `hush`.
+    pub(super) hushed: u64,
+    /// Those of them that their owners broke: the mover turned up outside, further than it comes while that is said.
+    pub(super) broken: u64,
     /// Cells from which rays looked around, once for each set of closed doors.
     pub(super) cells: usize,
     /// Pairs of cells between which sight lines were aimed.
@@ -102,6 +106,8 @@ impl Report {
             "not told",
             "culled",
             "waiting",
+            "hushed",
+            "broken",
             "leaks",
             "undecided",
             "misses",
@@ -167,6 +173,8 @@ impl SceneReport {
             self.untold.to_string(),
             self.culled.to_string(),
             self.waiting.to_string(),
+            self.hushed.to_string(),
+            self.broken.to_string(),
             self.leaks.count.to_string(),
             self.undecided.count.to_string(),
             self.misses.count.to_string(),
@@ -232,8 +240,9 @@ fn counted(count: usize, one: &str, many: &str) -> String {
 fn sentence(found: &Finding) -> String {
     let told = found.event.map_or("was not told", |_| "was told");
     let by = found.event.map_or(String::new(), |event| format!(" by {event}"));
+    let why = found.why.map_or(String::new(), |why| format!(": {why}"));
     format!(
-        "{} at {} in {} {told} of {} at {} in {}{by}",
+        "{} at {} in {} {told} of {} at {} in {}{by}{why}",
         found.session,
         place(found.eye),
         list(&found.eye_cells),
@@ -274,12 +283,14 @@ mod tests {
             position: [28.6, 1.5, 4.0],
             eye_cells: vec![CellId(0)],
             cells: vec![CellId(3), CellId(5)],
+            why: None,
         };
         let mut scene = SceneReport::default();
         scene.leaks.add(found.clone());
         scene.misses.add(Finding {
             event: None,
             cells: vec![],
+            why: Some("its owner sleeps"),
             ..found
         });
         let report = Report {
@@ -292,7 +303,7 @@ mod tests {
             lines[..3],
             [
                 "1 leak, 0 of 0 tellings undecided, 1 miss, 0 tellings astray, 0 untrue, 0 entries that come out otherwise",
-                "miss at 7: s0 at (4, 1.5, 6) in c0 was not told of o100000001 at (28.6, 1.5, 4) in no cell",
+                "miss at 7: s0 at (4, 1.5, 6) in c0 was not told of o100000001 at (28.6, 1.5, 4) in no cell: its owner sleeps",
                 "leak at 7: s0 at (4, 1.5, 6) in c0 was told of o100000001 at (28.6, 1.5, 4) in c3, c5 by object-pos",
             ]
         );

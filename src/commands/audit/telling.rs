@@ -70,6 +70,7 @@ impl Account {
         };
         if let Some(person) = self.people.get_mut(&session).filter(|_| event == "resync") {
             person.forget();
+            self.end_promises_to(session);
         }
         if event == "door" {
             let object = data["object"].as_str().unwrap_or_default();
@@ -118,10 +119,16 @@ impl Account {
                 return untrue.map(Wrong::Untrue);
             }
         };
-        if event == "rate" {
-            self.tell_period(session, object, said);
+        if !concerns {
+            return Some(Wrong::Leak(told));
         }
-        (!concerns).then_some(Wrong::Leak(told))
+        match event {
+            "rate" => self.tell_period(session, object, said),
+            "hush" => return self.promise(object, said, at_ms).map(Wrong::Untrue),
+            "wake" => self.movers.get_mut(&object)?.promise = None,
+            _ => {}
+        }
+        None
     }
 }
 

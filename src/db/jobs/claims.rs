@@ -8,7 +8,7 @@ use std::{convert::Infallible, fmt, str::FromStr};
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::{COLUMNS, StoredJob, stored};
-use crate::db::{Catalogue, connect::Dialect};
+use crate::db::{Catalogue, dialect::Dialect};
 
 /// Whose a job is. As a text, `job/worker`, it reaches the process that bakes.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use super::{
     claims::{LATELY_S, claiming},
     *,
 };
-use crate::db::connect::Dialect;
+use crate::db::dialect::Dialect;
 
 async fn catalogue() -> (tempfile::TempDir, Catalogue) {
     let data = tempfile::tempdir().unwrap();

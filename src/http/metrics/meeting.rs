@@ -1,19 +1,14 @@
 //! Who meets in scenes, and what is said between nodes for that?
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 
 use prometheus_client::{
-    encoding::EncodeLabelSet,
-    metrics::{counter::Counter, family::Family, gauge::Gauge},
+    metrics::{counter::Counter, gauge::Gauge},
     registry::Registry,
 };
 
+use super::counts::{Kinds, put, put_each, set};
 use crate::live::LiveCounts;
-
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-struct WhyLabel {
-    reason: &'static str,
-}
 
 /// Of live sessions.
 #[derive(Default)]
@@ -23,8 +18,8 @@ pub(super) struct LiveMetrics {
     hushed: Gauge,
     events: Counter,
     at_once: Counter,
-    resyncs: Family<WhyLabel, Counter>,
-    streams_ended: Family<WhyLabel, Counter>,
+    resyncs: Kinds<Counter>,
+    streams_ended: Kinds<Counter>,
     floods: Counter,
     expired: Counter,
     taken_up: Counter,
@@ -109,16 +104,14 @@ impl LiveMetrics {
 
     pub(super) fn set(&self, counts: &LiveCounts) {
         let (resyncs, streams) = (&counts.resyncs, &counts.streams);
-        put_by_why(
-            &self.resyncs,
-            &[("missed", resyncs.missed), ("unknown", resyncs.unknown)],
-        );
+        let voids = [("missed", resyncs.missed), ("unknown", resyncs.unknown)];
+        put_each(&self.resyncs, "reason", voids);
         let ends = [
             ("cut", streams.cut),
             ("replaced", streams.replaced),
             ("over", streams.over),
         ];
-        put_by_why(&self.streams_ended, &ends);
+        put_each(&self.streams_ended, "reason", ends);
         set(&self.sessions, counts.now.sessions);
         set(&self.movers, counts.now.movers);
         set(&self.hushed, counts.now.hushed);
@@ -184,18 +177,4 @@ impl NodeMetrics {
         put(&self.heard, nodes.heard);
         put(&self.dropped, nodes.dropped);
     }
-}
-
-fn set(gauge: &Gauge, value: usize) {
-    gauge.set(i64::try_from(value).unwrap_or(i64::MAX));
-}
-
-fn put_by_why(counters: &Family<WhyLabel, Counter>, values: &[(&'static str, u64)]) {
-    for &(reason, value) in values {
-        put(&counters.get_or_create_owned(&WhyLabel { reason }), value);
-    }
-}
-
-fn put(counter: &Counter, value: u64) {
-    counter.inner().store(value, Ordering::Relaxed);
 }

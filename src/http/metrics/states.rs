@@ -1,25 +1,18 @@
 //! What becomes of things that end in one of a few ways: uploads and spans.
 
-use std::sync::atomic::Ordering;
-
 use prometheus_client::{
-    encoding::EncodeLabelSet,
-    metrics::{counter::Counter, family::Family, gauge::Gauge},
+    metrics::{counter::Counter, gauge::Gauge},
     registry::Registry,
 };
 
+use super::counts::{Kinds, put_each, set_each};
 use crate::{jobs::JobCounts, traces::SpanCounts};
 
 /// Of uploads.
 #[derive(Default)]
 pub(super) struct JobMetrics {
-    open: Family<StateLabel, Gauge>,
-    ended: Family<StateLabel, Counter>,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
-struct StateLabel {
-    state: &'static str,
+    open: Kinds<Gauge>,
+    ended: Kinds<Counter>,
 }
 
 impl JobMetrics {
@@ -33,24 +26,20 @@ impl JobMetrics {
     }
 
     pub(super) fn set(&self, counts: &JobCounts) {
-        for (state, count) in [("queued", counts.queued), ("running", counts.running)] {
-            let gauge = self.open.get_or_create_owned(&StateLabel { state });
-            gauge.set(i64::try_from(count).unwrap_or(i64::MAX));
-        }
-        for (state, count) in [
+        let open = [("queued", counts.queued), ("running", counts.running)];
+        set_each(&self.open, "state", open);
+        let ended = [
             ("done", counts.done),
             ("failed", counts.failed),
             ("cancelled", counts.cancelled),
-        ] {
-            let counter = self.ended.get_or_create_owned(&StateLabel { state });
-            counter.inner().store(count, Ordering::Relaxed);
-        }
+        ];
+        put_each(&self.ended, "state", ended);
     }
 }
 
 /// Of traces.
 #[derive(Default)]
-pub(super) struct SpanMetrics(Family<StateLabel, Counter>);
+pub(super) struct SpanMetrics(Kinds<Counter>);
 
 impl SpanMetrics {
     pub(super) fn register(&self, registry: &mut Registry) {
@@ -58,13 +47,11 @@ impl SpanMetrics {
     }
 
     pub(super) fn set(&self, counts: SpanCounts) {
-        for (state, count) in [
+        let became = [
             ("sent", counts.sent),
             ("refused", counts.refused),
             ("dropped", counts.dropped),
-        ] {
-            let counter = self.0.get_or_create_owned(&StateLabel { state });
-            counter.inner().store(count, Ordering::Relaxed);
-        }
+        ];
+        put_each(&self.0, "state", became);
     }
 }

@@ -41,6 +41,8 @@ const AGAIN: Duration = Duration::from_millis(250);
 const LONGEST_AGAIN: usize = 8;
 /// So many messages of one subject may wait to be heard.
 const WAITING: usize = 4_096;
+/// So long is waited for NATS by whoever asks whether it is there.
+const PATIENCE: Duration = Duration::from_secs(5);
 /// How long the last words may take.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
@@ -130,6 +132,26 @@ impl Nodes {
             heard_of: HeardOf::default(),
             tally: Tally::default(),
         })))
+    }
+
+    /// Whether NATS is there and takes the login; says nothing to anybody.
+    ///
+    /// # Errors
+    /// When it does not, within seconds.
+    pub async fn reach(nats: &NatsAddress) -> anyhow::Result<()> {
+        let asking = async {
+            let client = once(nats).await?;
+            client.flush().await.map_err(anyhow::Error::from)
+        };
+        let answer = tokio::time::timeout(PATIENCE, asking).await;
+        let answer = answer.unwrap_or_else(|_| anyhow::bail!("no answer within {PATIENCE:?}"));
+        answer.map_err(|error| {
+            let refused = error
+                .downcast_ref()
+                .is_some_and(|error: &ConnectError| is_refusal(&error.kind()));
+            let way_out = if refused { "; look at its user and password" } else { "" };
+            error.context(format!("`nats` cannot be reached: {nats}{way_out}"))
+        })
     }
 
     /// Whether NATS answers; it may be waited for that this changes.
@@ -257,9 +279,14 @@ async fn tell_why(nats: NatsAddress, event: Event, told: Arc<Told>) {
 /// Why NATS cannot be reached, if it cannot and that was not told. The client's event names but the kind of error: one attempt more
 /// has its causes.
 async fn new_reason(nats: &NatsAddress, told: &Told) -> Option<ConnectError> {
-    let again = nats.log_in(ConnectOptions::new().ignore_discovered_servers());
-    let error = again.connect(nats.servers()).await.err()?;
+    let error = once(nats).await.err()?;
     told.is_new(&error).then_some(error)
+}
+
+/// One attempt to connect.
+async fn once(nats: &NatsAddress) -> Result<Client, ConnectError> {
+    let options = nats.log_in(ConnectOptions::new().ignore_discovered_servers());
+    options.connect(nats.servers()).await
 }
 
 fn is_refusal(kind: &ConnectErrorKind) -> bool {

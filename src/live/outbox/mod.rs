@@ -11,9 +11,10 @@
 //! the queue, and hold none of that up.
 //!
 //! Poses for a reader that has heard everything and waits are written at once into its [`Line`], where it has one: nobody is woken,
-//! and they wait nowhere. As soon as a line takes no more, the reader's task sees to the rest.
+//! and they wait nowhere ([`departing`]). As soon as a line takes no more, the reader's task sees to the rest.
 
 mod aside;
+mod departing;
 mod told;
 mod waiting;
 
@@ -22,7 +23,6 @@ mod tests;
 
 use std::{
     collections::VecDeque,
-    ops::Range,
     sync::{
         Arc, Mutex, MutexGuard,
         atomic::{AtomicBool, Ordering},
@@ -34,16 +34,14 @@ use std::{
 use belvedere_live::event::{Event, Void};
 use bytes::Bytes;
 
+pub(super) use self::departing::push_all;
 use self::{
     aside::Aside,
+    departing::{Departing, depart},
     told::{Said, Told},
     waiting::Waiting,
 };
-use super::{
-    line::{Held, Line, Taken},
-    poses::{Delivery, Written},
-    sending::{self, Outgoing},
-};
+use super::{line::Line, poses::Delivery};
 
 /// So many bytes may wait for a reader …
 const QUEUE_BYTES: usize = 256 << 10;
@@ -366,76 +364,6 @@ fn said(event: &Event) -> Said {
         name: event.name(),
         // Without the room that was not needed: it is kept.
         data: Bytes::from(data.into_boxed_str().into_boxed_bytes()),
-    }
-}
-
-/// Puts in events of many sessions, in their order; says how many of them their readers have already. Those of one session follow
-/// each other: its outbox is held until it departs, and must not be asked for again before.
-pub(super) fn push_all(events: &[(Arc<Outbox>, Event)], delivery: &mut Delivery) -> u64 {
-    let (mut departing, mut at_once, mut last) = (Vec::with_capacity(events.len()), 0, None);
-    for (outbox, event) in events {
-        // The outboxes of those that are about to depart are held, and of one session all is told in order.
-        if last.is_some_and(|last| Arc::ptr_eq(last, outbox)) {
-            at_once += depart(&mut departing, delivery);
-        }
-        last = Some(outbox);
-        departing.extend(outbox.offer(event, delivery));
-    }
-    at_once + depart(&mut departing, delivery)
-}
-
-/// Poses for a reader that waits for nothing else. Nobody else looks into its outbox meanwhile.
-struct Departing<'a> {
-    state: MutexGuard<'a, State>,
-    line: Arc<dyn Line>,
-    written: Arc<Written>,
-    said: Said,
-}
-
-/// Sends poses along their lines, all together; what a line does not take is left to its reader. Says how many were sent.
-fn depart(departing: &mut Vec<Departing>, delivery: &mut Delivery) -> u64 {
-    let Delivery { begun, wire, .. } = delivery;
-    wire.clear();
-    let mut ways = Vec::with_capacity(departing.len());
-    for poses in departing.iter() {
-        let (held, from) = (poses.line.hold(), wire.len());
-        if held.is_some() {
-            poses.state.told.frame_next(&poses.said, &*poses.line, wire);
-        }
-        ways.push(held.map(|held| (held, from..wire.len())));
-    }
-    let outgoing = ways.iter().flatten().map(|(held, chunk)| Outgoing {
-        socket: held.socket(),
-        chunk: &wire[chunk.clone()],
-    });
-    let mut sent = sending::send(&outgoing.collect::<Vec<_>>()).into_iter();
-    let taken = |way: Option<(Held, Range<usize>)>| {
-        let (held, chunk) = way?;
-        Some(held.has_sent(&sent.next()?, &wire[chunk]))
-    };
-    let taken: Vec<_> = ways.into_iter().map(taken).collect();
-    let mut at_once = 0;
-    for (poses, taken) in departing.drain(..).zip(taken) {
-        at_once += u64::from(poses.end(taken.unwrap_or(Taken::Nothing), *begun));
-    }
-    at_once
-}
-
-impl Departing<'_> {
-    /// Takes note of what became of it; says whether the reader has it.
-    fn end(mut self, taken: Taken, now: Instant) -> bool {
-        match taken {
-            Taken::Nothing => {
-                self.state.poses.add(&self.written);
-                self.state.wake();
-                return false;
-            }
-            Taken::All => {}
-            Taken::Begun => self.state.wake(),
-        }
-        self.state.told.keep(self.said);
-        self.state.has_told(now);
-        true
     }
 }
 

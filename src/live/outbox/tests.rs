@@ -11,7 +11,10 @@ use belvedere_scene::{BlobName, Bounds, ObjectId, Revision, object::ObjectInfo};
 use socket2::{Domain, SockRef, Socket, Type};
 
 use super::*;
-use crate::live::{line::Turn, sending::MOST};
+use crate::live::{
+    line::{Held, Taken, Turn},
+    sending::MOST,
+};
 
 /// A connection, of which it takes what it is told to take.
 #[derive(Debug)]

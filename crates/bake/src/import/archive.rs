@@ -25,7 +25,13 @@ impl Archive {
     /// Reads the directory of the archive and finds its glTF file.
     pub(super) fn open(bytes: Vec<u8>) -> Result<Self, ImportError> {
         let refused = |what: String| ImportError::Zip(what);
-        let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| refused(e.to_string()))?;
+        let whole = bytes.len();
+        // Its directory stands at its end.
+        let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| {
+            refused(format!(
+                "{e}; it ends at byte {whole}: if it was cut off on its way, send it again, whole"
+            ))
+        })?;
         let mut entries = BTreeMap::new();
         for index in 0..zip.len() {
             let entry = zip.by_index_raw(index).map_err(|e| refused(e.to_string()))?;
@@ -201,10 +207,21 @@ mod tests {
     fn a_truncated_archive_is_refused_at_every_length() {
         let packed = pack(&[("a.glb", &Gltf::triangle().glb())]);
         for end in 4..packed.len() {
+            let refused = refusal(packed[..end].to_vec());
             assert!(
-                import_bytes("x.zip", packed[..end].to_vec()).is_err(),
-                "accepted {end} bytes"
+                refused.contains(&format!("ends at byte {end}")) && refused.contains("again, whole"),
+                "{refused}"
             );
         }
+    }
+
+    #[test]
+    fn a_glb_that_was_cut_off_before_it_was_packed_is_named() {
+        let glb = Gltf::triangle().glb();
+        let refused = refusal(pack(&[("in/a.glb", &glb[..glb.len() - 1])]));
+        assert!(
+            refused.contains("\"in/a.glb\"") && refused.contains("its header says"),
+            "{refused}"
+        );
     }
 }

@@ -103,11 +103,12 @@ pub(super) struct GlbChunks {
     pub(super) json: Range<usize>,
     /// The binary chunk, when there is one.
     pub(super) bin: Option<Range<usize>>,
-    /// Whether the file ends before the binary chunk does; the range is what is there.
-    pub(super) bin_cut_off: bool,
 }
 
-/// Finds the chunks of a GLB.
+/// What to do with a file of which only a part is there.
+const CUT_OFF: &str = "it was cut off on its way: send or export it again, whole";
+
+/// Finds the chunks of a GLB. One that ends before its header or a chunk says is refused: what is there of it would be taken for all.
 pub(super) fn glb_chunks(bytes: &[u8]) -> Result<GlbChunks, ImportError> {
     const JSON: u32 = 0x4E4F_534A;
     const BIN: u32 = 0x004E_4942;
@@ -134,9 +135,15 @@ pub(super) fn glb_chunks(bytes: &[u8]) -> Result<GlbChunks, ImportError> {
     let json = 20..20 + json_bytes as usize;
     if json.end > bytes.len() {
         return broken(format!(
-            "it ends at byte {}, inside its JSON chunk, which goes to byte {}",
+            "it ends at byte {}, inside its JSON chunk, which goes to byte {}; {CUT_OFF}",
             bytes.len(),
             json.end
+        ));
+    }
+    if let Some(whole) = word(8).filter(|whole| *whole as usize > bytes.len()) {
+        return broken(format!(
+            "it ends at byte {}, and its header says that it has {whole}; {CUT_OFF}",
+            bytes.len()
         ));
     }
     // Chunks of unknown type are passed over, as the specification asks.
@@ -144,20 +151,19 @@ pub(super) fn glb_chunks(bytes: &[u8]) -> Result<GlbChunks, ImportError> {
     while let (Some(chunk_bytes), Some(kind)) = (word(at), word(at + 4)) {
         let start = at + 8;
         let end = start + chunk_bytes as usize;
+        if end > bytes.len() {
+            return broken(format!(
+                "it ends at byte {}, inside its chunk at byte {at}, which goes to byte {end}; {CUT_OFF}",
+                bytes.len()
+            ));
+        }
         if kind == BIN {
-            return Ok(GlbChunks {
-                json,
-                bin: Some(start..end.min(bytes.len())),
-                bin_cut_off: end > bytes.len(),
-            });
+            let bin = Some(start..end);
+            return Ok(GlbChunks { json, bin });
         }
         at = end.next_multiple_of(4);
     }
-    Ok(GlbChunks {
-        json,
-        bin: None,
-        bin_cut_off: false,
-    })
+    Ok(GlbChunks { json, bin: None })
 }
 
 #[cfg(test)]
@@ -184,17 +190,26 @@ mod tests {
     }
 
     #[test]
-    fn a_glb_is_refused_at_every_length_before_its_document_ends() {
-        let mut bytes = b"glTF\x02\0\0\0\x20\0\0\0\x04\0\0\0JSON{}  \x04\0\0\0BIN\0abcd".to_vec();
+    fn a_glb_is_refused_at_every_length_but_its_own() {
+        let mut bytes = b"glTF\x02\0\0\0\x24\0\0\0\x04\0\0\0JSON{}  \x04\0\0\0BIN\0abcd".to_vec();
         let chunks = glb_chunks(&bytes).unwrap();
-        assert_eq!(
-            (chunks.json, chunks.bin, chunks.bin_cut_off),
-            (20..24, Some(32..36), false)
-        );
-        for end in 4..24 {
+        assert_eq!((chunks.json, chunks.bin), (20..24, Some(32..36)));
+        for end in 4..36 {
             assert!(glb_chunks(&bytes[..end]).is_err(), "accepted {end} bytes");
         }
-        bytes.truncate(34);
-        assert!(glb_chunks(&bytes).unwrap().bin_cut_off);
+        let refused = glb_chunks(&bytes[..24]).unwrap_err().to_string();
+        assert!(
+            refused.contains("ends at byte 24") && refused.contains("it has 36"),
+            "{refused}"
+        );
+        assert!(refused.contains("again, whole"), "{refused}");
+        // The header says less than the chunks.
+        bytes[8] = 0x20;
+        let refused = glb_chunks(&bytes[..34]).unwrap_err().to_string();
+        assert!(
+            refused.contains("chunk at byte 24") && refused.contains("to byte 36"),
+            "{refused}"
+        );
+        assert_eq!(glb_chunks(&bytes).unwrap().bin, Some(32..36));
     }
 }

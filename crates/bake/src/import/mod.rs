@@ -230,7 +230,11 @@ fn read(
         files: &archive,
         ..ground
     };
-    Document::open(archive.main_path(), main, &budget)?.read(inside, budget, nodes_grow)
+    let document = Document::open(archive.main_path(), main, &budget).map_err(|error| match error {
+        ImportError::Glb(_) => ImportError::Zip(format!("entry \"{}\": {error}", archive.main_path())),
+        other => other,
+    })?;
+    document.read(inside, budget, nodes_grow)
 }
 
 /// Reads a floor plan, see [`plan`].
@@ -249,7 +253,6 @@ fn read_plan(bytes: &[u8], progress: &dyn Progress) -> Result<Imported, ImportEr
 struct Document {
     json: Value,
     bin: Option<Bytes>,
-    bin_cut_off: bool,
 }
 
 impl Document {
@@ -263,7 +266,6 @@ impl Document {
             Format::Json => Ok(Self {
                 json: parse(&bytes)?,
                 bin: None,
-                bin_cut_off: false,
             }),
             Format::Glb => {
                 let chunks = glb_chunks(&bytes)?;
@@ -271,7 +273,6 @@ impl Document {
                 Ok(Self {
                     json,
                     bin: chunks.bin.map(|range| Bytes::new(bytes).slice(range)),
-                    bin_cut_off: chunks.bin_cut_off,
                 })
             }
             Format::Zip => Err(ImportError::Zip(format!("\"{file_name}\" in it is an archive again"))),
@@ -283,11 +284,6 @@ impl Document {
         check_version(&self.json)?;
         check_required(&self.json)?;
         let mut reader = Reader::new(&self.json, self.bin, ground.files, budget);
-        reader.defects.note(
-            "GLB shorter than it says: read as far as it goes",
-            u64::from(self.bin_cut_off),
-            || "binary chunk".into(),
-        );
         let scene = assemble::assemble(&mut reader, ground, nodes_grow)?;
         Ok(Imported {
             scene,
