@@ -18,13 +18,17 @@ demo:
 	$(CARGO) run --release --locked -- demo --listen $(LISTEN) --data $(DATA)
 
 ## Every test that needs no service: format, lints, unit, property, golden, end-to-end, levels in others' readers, a real browser, the API
-## against its description, what a release packs.
-test: tools check test-rust test-viewer test-levels test-browser test-api test-dist
+## against its description, an nginx in front, what a release packs. What waits more than it computes runs two at a time; each is
+## printed when it is over, and one that fails stops no other.
+test: tools check test-rust
+	@$(MAKE) --no-print-directory --jobs=2 --output-sync=target --keep-going \
+		test-browser test-viewer test-levels test-api test-private test-cache test-dist
 
+# Examples are documented, too, since with them dependencies have the features of tests, as Clippy has checked them.
 check: viewer
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
-	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --workspace --no-deps --document-private-items --quiet
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --workspace --lib --bin streams --examples --no-deps --document-private-items --quiet
 	cd viewer && $(NPM) run check
 
 test-rust: viewer
@@ -111,7 +115,7 @@ viewer/node_modules/.package-lock.json: viewer/package.json viewer/package-lock.
 
 ## What `make test` needs besides Rust and Node: installed where we may, named where not.
 tools:
-	@tests/tools/require.sh cargo cc node npm chromium python3
+	@tests/tools/require.sh cargo cc node npm chromium python3 curl nginx njs
 
 ## After a meant change of what is written: golden files anew, to be looked at and committed.
 bless:

@@ -53,7 +53,7 @@ fn levels(report: &Value) -> Vec<Value> {
 #[test]
 fn mesh_lod_makes_ever_coarser_levels_and_writes_them() {
     let data = Data::new();
-    let file = sheet(&data, 40);
+    let file = sheet(&data, 24);
     let folder = data.folder("out");
     let out = folder.to_str().expect("UTF-8");
     for method in ["octree", "quadric", "best"] {
@@ -63,7 +63,7 @@ fn mesh_lod_makes_ever_coarser_levels_and_writes_them() {
         let report: Value = serde_json::from_str(&data.ok(&args)).expect("JSON");
         let levels = levels(&report);
         assert_eq!(levels.len(), 10, "{method}");
-        assert_eq!(levels[0]["triangles"], 3200);
+        assert_eq!(levels[0]["triangles"], 1152);
         assert!(levels[0]["geometric_error_m"].as_f64() < Some(1e-4), "rounding alone");
         for pair in levels.windows(2) {
             let rises = |name: &str| pair[0][name].as_f64() <= pair[1][name].as_f64();

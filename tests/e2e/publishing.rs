@@ -328,7 +328,7 @@ pub(crate) fn many_rooms(columns: usize, rows: usize) -> String {
 
 #[test]
 fn a_bake_that_is_killed_goes_on_where_it_was() {
-    let plan = many_rooms(4, 4);
+    let plan = many_rooms(3, 3);
     let in_one_go = {
         let data = Data::new();
         data.bake(&data.write("rooms.plan", &plan), "rooms")
@@ -374,7 +374,7 @@ fn a_bake_that_is_killed_goes_on_where_it_was() {
 fn going_back_leads_to_what_was_baked_before_and_not_to_the_preview_of_what_is_bad() {
     let data = Data::new();
     let good = data.bake(&data.write("good.plan", THREE_ROOMS), "rooms");
-    let bad = data.write("bad.plan", many_rooms(4, 3));
+    let bad = data.write("bad.plan", many_rooms(3, 2));
     data.ok(&["bake", bad.to_str().expect("UTF-8"), "--scene", "rooms", "--preview"]);
     let listed: serde_json::Value =
         serde_json::from_str(&data.ok(&["rollback", "rooms", "--list", "--json"])).expect("JSON");
@@ -396,7 +396,7 @@ fn going_back_leads_to_what_was_baked_before_and_not_to_the_preview_of_what_is_b
 #[test]
 fn a_preview_is_the_same_world_with_larger_sets_and_gives_way_to_the_whole_bake() {
     let data = Data::new();
-    let file = data.write("rooms.plan", many_rooms(4, 3));
+    let file = data.write("rooms.plan", many_rooms(3, 2));
     let said = data.ok(&["bake", file.to_str().expect("UTF-8"), "--scene", "rooms", "--preview"]);
     let published: Vec<_> = said
         .lines()

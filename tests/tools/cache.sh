@@ -1,16 +1,11 @@
 #!/usr/bin/env bash
 # Does nginx, set up as deploy/nginx-cache.conf says, keep each object once, whatever is asked for beside its name?
-# Needs nginx (Debian: nginx-light).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 . tests/tools/served.sh
 . tests/tools/behind_nginx.sh
 
-if ! command -v nginx curl >/dev/null; then
-  echo "nginx and curl are needed: apt-get install nginx-light curl" >&2
-  exit 1
-fi
-
+tests/tools/require.sh curl nginx
 serve_museum
 behind_nginx deploy/nginx-cache.conf
 

@@ -20,7 +20,7 @@ PLAN
 for file in village-tiles/{house1-1,tree-beech-1-0}.glb edge-cases/primitive-modes/Mesh_PrimitiveMode_0{0,1,4}.gltf; do
   name=$(basename "$file")
   name=$(tr '[:upper:]_' '[:lower:]-' <<<"${name%.*}")
-  if [ -n "$scenes" ]; then "$belvedere" bake "$scenes/$file" --scene "$name" --data "$data" --visibility sampled; fi
+  if [ -n "$scenes" ]; then "$belvedere" bake "$scenes/$file" --scene "$name" --data "$data" --visibility occluders; fi
 done
 serve
 BELVEDERE_URL="$base" node viewer/e2e/levels.mjs

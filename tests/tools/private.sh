@@ -1,21 +1,18 @@
 #!/usr/bin/env bash
 # Does nginx, set up as deploy/nginx-private.conf says, keep private scenes private, and share objects among links?
-# Needs nginx with njs (Debian: nginx-light libnginx-mod-http-js); NJS_MODULE names the module where it is elsewhere.
+# NJS_MODULE names nginx's module where it is elsewhere.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 . tests/tools/served.sh
 . tests/tools/behind_nginx.sh
 
+tests/tools/require.sh curl nginx njs
 module=${NJS_MODULE:-/usr/lib/nginx/modules/ngx_http_js_module.so}
-if ! command -v nginx curl >/dev/null || [ ! -f "$module" ]; then
-  echo "nginx with njs and curl are needed: apt-get install nginx-light libnginx-mod-http-js curl" >&2
-  exit 1
-fi
-
 build_program
 data="$work/data"
 "$belvedere" bake content/tree.dcg --scene tree --private --data "$data" >/dev/null
-"$belvedere" bake tests/fixtures/wing.plan --scene wing --data "$data" >/dev/null
+printf '#####\n#a.b#\n#...#\n#####\n' >"$work/room.plan"
+"$belvedere" bake "$work/room.plan" --scene room --data "$data" >/dev/null
 serve
 mkdir -p "$work/nginx"
 cp deploy/signed-links.js "$work/nginx/"
@@ -59,7 +56,7 @@ is "the pointer by such a link" "${one%????}0000/v1/scenes/tree" 404
 is "the same to a stranger" "$cdn$manifest" 404
 is "the scene to a stranger" "$cdn/v1/scenes/tree" 404
 is "metrics below a link" "$one/metrics" 404
-object=$(curl -s "$cdn/v1/scenes/wing" | python3 -c 'import json, sys; print(json.load(sys.stdin)["manifest"])')
+object=$(curl -s "$cdn/v1/scenes/room" | python3 -c 'import json, sys; print(json.load(sys.stdin)["manifest"])')
 is "an object for everybody" "$cdn$object" 200 MISS
 is "the same with a query" "$cdn$object?anew=1" 200 HIT
 sleep 2

@@ -7,6 +7,8 @@ package_of() {
   case "$1" in
     cc) echo build-essential ;;
     python3) echo python3-venv ;;
+    nginx) echo nginx-light ;;
+    njs) echo libnginx-mod-http-js ;;
     *) echo "$1" ;;
   esac
 }
@@ -25,6 +27,9 @@ for program in "$@"; do
       [ -x "${CHROMIUM:-/usr/bin/chromium}" ] || missing+=(chromium) ;;
     postgresql)
       ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || command -v initdb >/dev/null || missing+=(postgresql) ;;
+    njs)
+      # A module of nginx; NJS_MODULE names it where it is elsewhere.
+      [ -f "${NJS_MODULE:-/usr/lib/nginx/modules/ngx_http_js_module.so}" ] || missing+=("$(package_of njs)") ;;
     python3)
       python3 -c 'import venv, ensurepip' 2>/dev/null || missing+=("$(package_of python3)") ;;
     *)

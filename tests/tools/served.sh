@@ -1,7 +1,7 @@
 # Sourced by the other scripts: builds the program, bakes a museum and serves it on a free port.
 # Afterwards `belvedere`, `data`, `base` and `work` are set; everything started is ended on exit. The baked museum is
-# kept for the next script, until the program is built anew. A script with scenes of its own calls `build_program`, fills
-# `data` and calls `serve`.
+# kept for all scripts, until the program is built anew, and each serves a copy, so that they may run at the same time.
+# A script with scenes of its own calls `build_program`, fills `data` and calls `serve`.
 
 work=$(mktemp -d)
 ended=()
@@ -14,18 +14,24 @@ end_all() {
 trap end_all EXIT
 
 build_program() {
-  # All targets, so that what `cargo test` has built is used: without them dependencies lose features and are built again.
-  cargo build --locked --workspace --all-targets --quiet
+  # With tests, so that what `cargo test` has built is used: without them dependencies lose features and are built again.
+  cargo build --locked --workspace --tests --quiet
   target="${CARGO_TARGET_DIR:-target}"
   belvedere="$target/debug/belvedere"
 }
 
 serve_museum() {
   build_program
-  data="$target/museum"
-  if [ "$belvedere" -nt "$data/built" ]; then rm -rf "$data"; fi
-  "$belvedere" bake tests/fixtures/wing.plan --scene museum --data "$data"
-  touch "$data/built"
+  (
+    flock 9
+    if [ "$belvedere" -nt "$target/museum/built" ] || [ tests/fixtures/wing.plan -nt "$target/museum/built" ]; then
+      rm -rf "$target/museum"
+      "$belvedere" bake tests/fixtures/wing.plan --scene museum --data "$target/museum"
+      touch "$target/museum/built"
+    fi
+  ) 9>"$target/museum.lock"
+  data="$work/data"
+  cp -r "$target/museum" "$data"
   serve
 }
 

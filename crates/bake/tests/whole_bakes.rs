@@ -184,34 +184,29 @@ impl Baked {
 }
 
 const PLAN: &str = "\
-#################
-#a..#..b#...#..d#
-#...+...#.c.+...#
-#...#...#...#...#
-###+#####...#####
-#.......+...#
-#..e....#...#
 #############
+#a..#..b#...#
+#...+...#.c.#
+###+#####...###
+#..d....+...+e#
+###############
 ";
 
-#[test]
-fn a_plan_bakes_to_a_revision_that_is_whole() {
-    let baked = baked_plan(PLAN);
-    baked.check("plan");
-    assert_eq!(baked.defects.iter().count(), 0);
+/// The plan, baked by so many threads.
+fn baked_by(threads: usize) -> Baked {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| baked_plan(PLAN))
 }
 
 #[test]
-fn the_same_source_gives_the_same_bytes_for_one_two_and_eight_threads() {
-    let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| baked_plan(PLAN)).written
-    };
-    let one = with(1);
+fn a_plan_bakes_to_a_revision_that_is_whole_and_the_same_for_one_two_and_eight_threads() {
+    let one = baked_by(1);
+    one.check("plan");
+    assert_eq!(one.defects.iter().count(), 0);
     for threads in [2, 8] {
-        let other = with(threads);
-        assert_eq!(other.revision(), one.revision(), "{threads} threads");
-        assert_eq!(other.blobs, one.blobs, "{threads} threads");
+        let other = baked_by(threads).written;
+        assert_eq!(other.revision(), one.written.revision(), "{threads} threads");
+        assert_eq!(other.blobs, one.written.blobs, "{threads} threads");
     }
 }
 

@@ -138,11 +138,20 @@ fn samples(primitives: &[Primitive], each: usize) -> Vec<DVec3> {
 fn measured_error(a: &[Primitive], b: &[Primitive], each: usize) -> f64 {
     let one_sided = |from: &[Primitive], to: &[Primitive], each: usize| {
         let shapes = ShapeTree::of(to).shapes;
+        let boxes: Vec<_> = shapes
+            .iter()
+            .map(|[a, b, c]| [a.min(*b).min(*c), a.max(*b).max(*c)])
+            .collect();
         let distance = |p: DVec3| {
-            shapes
-                .iter()
-                .map(|s| point_distance_squared(p, s))
-                .fold(f64::INFINITY, f64::min)
+            let mut nearest = f64::INFINITY;
+            for (shape, [low, high]) in shapes.iter().zip(&boxes) {
+                // No shape is nearer than its box, but for rounding.
+                let to_box = (low - p).max(p - high).max(DVec3::ZERO).length_squared();
+                if to_box <= 1.001 * nearest {
+                    nearest = nearest.min(point_distance_squared(p, shape));
+                }
+            }
+            nearest
         };
         samples(from, each).into_iter().map(distance).fold(0.0, f64::max).sqrt()
     };

@@ -1,15 +1,13 @@
 //! Who hears what, told as short stories on a plan: a row of rooms, each seeing its neighbours only.
 
-mod plan;
-
 use std::sync::Arc;
 
+use crate::plan::{RADIUS_M, SPEED_MPS, Stage};
 use belvedere_live::{
     cells::distance_m,
     event::{Event, Gone, Void},
     world::{Rules, Sent},
 };
-use plan::{RADIUS_M, SPEED_MPS, Stage};
 
 #[test]
 fn two_in_one_room_hear_of_each_other_and_not_of_themselves() {

@@ -1,16 +1,14 @@
 //! What must hold whatever participants do: an oracle that knows only the geometry looks on at every tick.
 
-mod plan;
-
 use std::collections::BTreeMap;
 
+use crate::plan::{SPEED_MPS, Stage};
 use belvedere_live::{
     cells::distance_m,
     event::{Event, SessionId},
     journal::replay::Replay,
     pace,
 };
-use plan::{SPEED_MPS, Stage};
 use proptest::prelude::*;
 
 const CELLS: u32 = 12;

@@ -1,9 +1,8 @@
 //! Two nodes with one scene, joined by a bus that loses, repeats and reorders: does everybody hear what they would on one?
 
-mod plan;
-
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::plan::{SPEED_MPS, Stage};
 use belvedere_live::{
     Ms,
     cells::distance_m,
@@ -16,7 +15,6 @@ use belvedere_live::{
     world::Sent,
 };
 use belvedere_scene::{Bounds, ObjectId};
-use plan::{SPEED_MPS, Stage};
 use proptest::prelude::*;
 
 const CELLS: u32 = 12;

@@ -1,13 +1,11 @@
 //! What do doors hide and show, and who hears of them? Short stories on a plan: a row of rooms, each seeing its neighbours only.
 
-mod plan;
-
+use crate::plan::Stage;
 use belvedere_live::{
     cells::Hidden,
     event::{Event, Gone, SessionId},
 };
 use belvedere_scene::{CellId, ObjectId};
-use plan::Stage;
 
 /// Two people in adjacent rooms; the door between them was closed and has been opened since.
 fn on_both_sides_of_a_door_that_opened_again() -> (Stage, SessionId, SessionId) {

@@ -1,6 +1,5 @@
 //! A stage for stories: cells in a row along x, sessions that do as they are told, and what each of them believes.
 
-#![allow(dead_code, reason = "each test binary uses a part")]
 #![allow(clippy::unwrap_used, reason = "a test may fail at any step")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_live::{
     Ms,
     aoi::Aoi,
-    cells::{Cell, Cells, Hidden, distance_m},
+    cells::{Cell, Cells, Hidden},
     event::{Event, FIRST_MOVER, Gone, Hush, SessionId, Void},
     journal::{Ground, Journal},
     motion::{Key, Pose, Trajectory},
@@ -535,9 +534,5 @@ impl Stage {
                 .clone()
                 .any(|to| self.sees[from].contains(&CellId(to as u32)) && open(to))
         })
-    }
-
-    pub(crate) fn away_m(&self, a: f64, b: f64) -> f64 {
-        distance_m([a, 0.0, 0.0], [b, 0.0, 0.0])
     }
 }

@@ -1,10 +1,8 @@
 //! Who is seen among many, and behind leaves? Stories of a hall full of people.
 
-mod plan;
-
+use crate::plan::Stage;
 use belvedere_live::{event::Event, journal::replay::Replay};
 use belvedere_scene::foliage::{Foliage, FoliageSquare, Slab};
-use plan::Stage;
 
 #[test]
 fn deep_in_a_crowd_little_is_seen_and_told_less_often_and_a_few_people_are_no_crowd() {

@@ -1,12 +1,10 @@
 //! What of a journal is believed?
 
-mod plan;
-
+use crate::plan::Stage;
 use belvedere_live::journal::{
     Input,
     replay::{Replay, ReplayError},
 };
-use plan::Stage;
 
 /// Two who meet, a tram and a door.
 fn written() -> Vec<(String, String)> {

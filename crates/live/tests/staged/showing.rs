@@ -1,9 +1,7 @@
 //! Who is told first of a crowd, and how fast? Stories of readers that take little.
 
-mod plan;
-
+use crate::plan::Stage;
 use belvedere_live::world::ROOM;
-use plan::Stage;
 
 #[test]
 fn of_a_crowd_the_nearest_are_told_first_and_no_more_than_the_reader_takes() {
