@@ -136,6 +136,30 @@ fn the_tools_write_smooth_lods_and_what_their_beginnings_give() {
 
     let message = data.fails(&["mesh", "decode", file, "-o", glb.to_str().expect("UTF-8")]);
     assert!(message.contains("not a smooth LOD"), "{message}");
+    let glb = glb.to_str().expect("UTF-8");
+    let message = data.fails(&["mesh", "decode", glb, "-o", "x.glb"]);
+    assert!(
+        message.contains("is a GLB") && message.contains("mesh smooth"),
+        "{message}"
+    );
+    let claims = data.folder("claims.slod");
+    let mut bytes = std::fs::read(stream).expect("a stream");
+    // Of vertices, which no limit would make come.
+    bytes[15] = 0x7f;
+    std::fs::write(&claims, bytes).expect("a damaged stream");
+    let message = data.fails(&["mesh", "decode", claims.to_str().expect("UTF-8"), "-o", "x.glb"]);
+    assert!(
+        message.contains("damaged") && !message.contains("raise the limit"),
+        "{message}"
+    );
+    let look = |eye: [&str; 4]| data.fails(&[&["mesh", "decode", stream, "-o", "x.glb"], &eye[..]].concat());
+    let message = look(["--eye", "1,2,3", "--target", "1,2,3"]);
+    assert!(
+        message.contains("same point") && message.contains("leave out --target"),
+        "{message}"
+    );
+    let message = look(["--eye", "1,2,3", "--pixels", "-1"]);
+    assert!(message.contains("0 or more"), "{message}");
     let message = data.fails(&["mesh", "decode", stream, "--bytes", "99999999", "-o", "x.glb"]);
     assert!(message.contains("bytes, not 99999999"), "{message}");
 }
