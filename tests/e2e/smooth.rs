@@ -136,6 +136,31 @@ fn the_tools_write_smooth_lods_and_what_their_beginnings_give() {
 
     let message = data.fails(&["mesh", "decode", file, "-o", glb.to_str().expect("UTF-8")]);
     assert!(message.contains("not a smooth LOD"), "{message}");
+    let glb = glb.to_str().expect("UTF-8");
+    let message = data.fails(&["mesh", "decode", glb, "-o", "x.glb"]);
+    assert!(
+        message.contains("is a GLB") && message.contains("mesh smooth"),
+        "{message}"
+    );
+    let claims = data.folder("claims.slod");
+    let mut bytes = std::fs::read(stream).expect("a stream");
+    // Of vertices, which no limit would make come.
+    bytes[15] = 0x7f;
+    std::fs::write(&claims, bytes).expect("a damaged stream");
+    let message = data.fails(&["mesh", "decode", claims.to_str().expect("UTF-8"), "-o", "x.glb"]);
+    assert!(
+        message.contains("damaged") && !message.contains("raise the limit"),
+        "{message}"
+    );
+    let look = |with: [&str; 4]| data.run(&[&["mesh", "decode", stream, "-o", "x.glb"], &with[..]].concat());
+    for (with, code, wanted) in [
+        (["--eye", "1,2,3", "--target", "1,2,3"], 1, "leave out --target"),
+        (["--eye", "1,2,3", "--pixels", "-1"], 2, "0 or more"),
+    ] {
+        let refused = look(with);
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert!(refused.status.code() == Some(code) && said.contains(wanted), "{said}");
+    }
     let message = data.fails(&["mesh", "decode", stream, "--bytes", "99999999", "-o", "x.glb"]);
     assert!(message.contains("bytes, not 99999999"), "{message}");
 }

@@ -9,7 +9,7 @@ use belvedere_bake::{
 };
 use belvedere_scene::{
     BlobHash,
-    smooth::{Decoder, Snapshot, thesis},
+    smooth::{Decoder, Header, SmoothError, Snapshot, thesis},
 };
 use serde_json::json;
 
@@ -37,12 +37,16 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
+    args.eye.ensure_direction()?;
     let shown = args.file.display();
     let stream = read_named(&args.file, (args.memory_mib << 20, "--memory-mib"))?;
     let wanted = args.bytes.unwrap_or(stream.len());
     let beginning = stream
         .get(..wanted)
         .with_context(|| format!("{shown} has {} bytes, not {wanted}", stream.len()))?;
+    ensure_encoded(&stream)
+        .and_then(|()| ensure_told(&stream, args.memory_mib << 20))
+        .with_context(|| format!("cannot decode {shown}"))?;
     let (snapshot, seen) = snapshot_of(beginning, &args).with_context(|| format!("cannot decode {shown}"))?;
     let (vertices, triangles) = (snapshot.positions.len(), triangles_of(&snapshot));
     if let Some(seen) = seen {
@@ -56,6 +60,31 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         args.out.display(),
     ))
 }
+
+/// What the other commands of meshes take is easily given to this one.
+fn ensure_encoded(file: &[u8]) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        !file.starts_with(b"glTF"),
+        "this is a GLB, which is not decoded but can be shown as it is; `belvedere mesh smooth FILE.glb -o DIR` makes smooth LODs of its meshes"
+    );
+    Ok(())
+}
+
+/// A file that claims more than is allowed, and more than its bytes can tell, is damaged, and no limit helps.
+fn ensure_told(file: &[u8], most_bytes: u64) -> anyhow::Result<()> {
+    let Ok(Some((header, _))) = Header::read(file) else {
+        return Ok(());
+    };
+    let claimed = [header.vertices, header.triangles, header.wedges].into_iter().max();
+    let can_be_told = MOST_A_BYTE * file.len() as u64;
+    if header.memory_bytes() > most_bytes && claimed.is_some_and(|most| u64::from(most) > can_be_told) {
+        return Err(SmoothError::Damaged("its header tells of more than its bytes have room for").into());
+    }
+    Ok(())
+}
+
+/// No decision takes less than 1/360 of a bit, and each vertex, triangle and wedge takes one at least.
+const MOST_A_BYTE: u64 = 8 * 360;
 
 /// The mesh, and what an eye sees of it in words.
 fn snapshot_of(beginning: &[u8], args: &Args) -> anyhow::Result<(Snapshot, Option<String>)> {

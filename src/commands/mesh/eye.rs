@@ -25,10 +25,10 @@ pub(super) struct EyeArgs {
     #[arg(long, default_value_t = 1080, value_parser = clap::value_parser!(u32).range(1..), requires = "eye")]
     height: u32,
     /// By so many pixels the surface may be off
-    #[arg(long, default_value_t = 1.0, value_parser = not_negative, requires = "eye")]
+    #[arg(long, default_value_t = 1.0, value_parser = not_negative, allow_negative_numbers = true, requires = "eye")]
     pixels: f64,
     /// By so many times more outside of the image
-    #[arg(long, default_value_t = 16.0, value_parser = not_negative, requires = "eye")]
+    #[arg(long, default_value_t = 16.0, value_parser = not_negative, allow_negative_numbers = true, requires = "eye")]
     outside: f64,
 }
 
@@ -56,6 +56,15 @@ fn not_negative(text: &str) -> Result<f64, String> {
 impl EyeArgs {
     pub(super) fn is_given(&self) -> bool {
         self.eye.is_some()
+    }
+
+    /// Whoever looks at the place where they are looks nowhere.
+    pub(super) fn ensure_direction(&self) -> anyhow::Result<()> {
+        anyhow::ensure!(
+            self.eye.is_none() || self.eye != self.target,
+            "--eye and --target are the same point, so there is no direction to look in: move one, or leave out --target to look all around"
+        );
+        Ok(())
     }
 
     /// What the eye sees of all that was decoded, and what that takes in words; `None` without an eye.

@@ -193,7 +193,7 @@ impl<'a> Work<'a> {
                 continue;
             }
             // What has happened around since may have made it worse.
-            if !turns && !pass.collapses.is_empty() {
+            if !turns && self.has_changed_around(gone) {
                 self.find_facets(gone, &mut facets);
                 if self.turned_area(&facets, kept) > 0.0 {
                     continue;
@@ -219,6 +219,15 @@ impl<'a> Work<'a> {
             pass.deviation = *deviations.select_nth_unstable_by(nine_tenths, f64::total_cmp).1;
         }
         pass
+    }
+
+    /// Whether a triangle of a vertex has got another corner in this pass: then that one is locked.
+    fn has_changed_around(&self, vertex: u32) -> bool {
+        let mut corners = self.corners_of(vertex).iter();
+        corners.any(|&corner| {
+            let triangle = self.triangles[corner as usize / 3];
+            triangle.iter().any(|&v| self.is_locked[v as usize])
+        })
     }
 
     fn gather_corners(&mut self) {

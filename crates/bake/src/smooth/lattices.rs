@@ -77,6 +77,11 @@ fn by_deviation(tree: &ClusterTree, bits: u32) -> Vec<u32> {
         .collect()
 }
 
+/// Twice where a reader draws a coordinate on a lattice that lacks so many bits: in the middle of its cell.
+pub(super) fn twice_drawn(coordinate: i32, lacking: u32) -> i32 {
+    ((coordinate >> lacking) << (lacking + 1)) + (1 << lacking) - 1
+}
+
 /// What meshes look like on coarse lattices.
 struct Look<'a> {
     mesh: &'a QuantisedMesh,
@@ -127,8 +132,8 @@ impl Look<'_> {
 
     /// Twice where a reader draws each vertex of the source on a lattice that lacks so many bits.
     fn twice_drawn(&self, lacking: u32) -> Vec<[i32; 3]> {
-        let draw = |x: i32| ((x >> lacking) << (lacking + 1)) + (1 << lacking) - 1;
-        self.mesh.positions.iter().map(|at| at.map(draw)).collect()
+        let positions = self.mesh.positions.iter();
+        positions.map(|at| at.map(|x| twice_drawn(x, lacking))).collect()
     }
 
     /// How far such a lattice moves a surface along its normals: the root of the mean square.

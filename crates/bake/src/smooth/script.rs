@@ -12,6 +12,12 @@ use super::weights::Fit;
 
 const NONE: u32 = u32::MAX;
 
+/// A split: the collapse that it undoes, and how many triangles there were before.
+struct Undone<'a> {
+    collapse: &'a Collapse,
+    triangles: usize,
+}
+
 /// Undoes collapses.
 pub(super) struct Undo<'a> {
     mesh: &'a QuantisedMesh,
@@ -28,16 +34,19 @@ pub(super) struct Undo<'a> {
     collapse_onto: Vec<u32>,
     source_vertex: Vec<u32>,
     stream_vertex: Vec<u32>,
-    source_triangle: Vec<u32>,
+    /// By stream triangle: its first corner (three times the source's triangle, plus which).
+    first_corner: Vec<u32>,
     stream_triangle: Vec<u32>,
     /// By stream triangle: the last split in which it moved.
     moved_in: Vec<u32>,
     splits: u32,
     current: Option<&'a Collapse>,
+    /// Splits so far.
+    undone: Vec<Undone<'a>>,
     /// By stream wedge.
     pub(super) source_wedge: Vec<u32>,
     wedges: WedgesOfVertices,
-    /// New triangles of the current split, by source triangle.
+    /// New triangles of the current split, by first corner.
     newborn: Vec<(u32, Born)>,
     /// Of each of them, whether it was said already how it comes.
     is_explained: Vec<bool>,
@@ -60,17 +69,52 @@ impl<'a> Undo<'a> {
             collapse_onto: vec![NONE; vertices],
             source_vertex: vec![tree.root],
             stream_vertex,
-            source_triangle: Vec::with_capacity(mesh.triangles.len()),
+            first_corner: Vec::with_capacity(mesh.triangles.len()),
             stream_triangle: vec![NONE; mesh.triangles.len()],
             moved_in: Vec::with_capacity(mesh.triangles.len()),
             splits: 0,
             current: None,
+            undone: Vec::with_capacity(vertices),
             source_wedge: Vec::new(),
             wedges: WedgesOfVertices::of(mesh),
             newborn: Vec::new(),
             is_explained: Vec::new(),
             fit: Fit::new(),
         }
+    }
+
+    /// Corners of the source's triangles before the first split.
+    pub(super) fn first_corners(&self) -> &[[u32; 3]] {
+        &self.tree.triangles
+    }
+
+    /// Of a split that has been told, by its new vertex: that in the source, and the corners of the source that it moved there.
+    pub(super) fn split(&self, vertex: u32) -> (u32, &[u32]) {
+        let collapse = self.undone[vertex as usize - 1].collapse;
+        (collapse.gone, self.tree.corners(collapse))
+    }
+
+    /// How many triangles there are when there are so many vertices.
+    pub(super) fn triangles_before(&self, vertices: u32) -> usize {
+        let next = self.undone.get(vertices as usize - 1);
+        next.map_or(self.first_corner.len(), |split| split.triangles)
+    }
+
+    /// The number in the stream of one of the source's vertices.
+    pub(super) fn stream_vertex(&self, vertex: u32) -> u32 {
+        self.stream_vertex[vertex as usize]
+    }
+
+    /// The source's corners (three times the triangle, plus which) that those of a triangle of the stream are.
+    pub(super) fn corners_of(&self, triangle: u32) -> [u32; 3] {
+        let corner = self.first_corner[triangle as usize];
+        let (first, side) = (corner - corner % 3, corner % 3);
+        [0, 1, 2].map(|next| first + (side + next) % 3)
+    }
+
+    /// The source's triangle that one of the stream becomes.
+    pub(super) fn source_triangle(&self, triangle: u32) -> usize {
+        self.first_corner[triangle as usize] as usize / 3
     }
 
     fn at(&self, source_vertex: u32) -> [i32; 3] {
@@ -241,7 +285,9 @@ impl Script for Undo<'_> {
                 let (next, before) = (corners[(side + 1) % 3], corners[(side + 2) % 3]);
                 let old_first = before == collapse.kept;
                 let third = self.stream_vertex[if old_first { next } else { before } as usize];
-                self.newborn.push((triangle, Born { third, old_first }));
+                let first = if old_first { (side + 2) % 3 } else { side };
+                self.newborn
+                    .push((3 * triangle + first as u32, Born { third, old_first }));
             }
         }
         self.is_explained.clear();
@@ -266,23 +312,27 @@ impl Script for Undo<'_> {
         if let Some(collapse) = self.current {
             self.stream_vertex[collapse.gone as usize] = self.source_vertex.len() as u32;
             self.source_vertex.push(collapse.gone);
+            self.undone.push(Undone {
+                collapse,
+                triangles: first as usize,
+            });
         }
         let opened = change.opened.iter().map(|opened| opened.born);
         for (i, born) in opened.chain(split.extra.iter().copied()).enumerate() {
             let at = self.newborn.iter().position(|&(_, b)| b == born);
-            let (triangle, _) = self.newborn.swap_remove(at.unwrap_or_default());
-            self.stream_triangle[triangle as usize] = first + i as u32;
-            self.source_triangle.push(triangle);
+            let (corner, _) = self.newborn.swap_remove(at.unwrap_or_default());
+            self.stream_triangle[corner as usize / 3] = first + i as u32;
+            self.first_corner.push(corner);
             self.moved_in.push(0);
         }
     }
 
     fn material(&mut self, triangle: u32) -> u16 {
-        self.mesh.materials[self.source_triangle[triangle as usize] as usize]
+        self.mesh.materials[self.source_triangle(triangle)]
     }
 
     fn wedge(&mut self, vertex: u32, triangle: u32, present: &[u32]) -> Option<usize> {
-        let source = self.source_triangle[triangle as usize] as usize;
+        let source = self.source_triangle(triangle);
         let source_vertex = self.source_vertex[vertex as usize];
         let side = (0..3)
             .find(|&side| self.corners[source][side] == source_vertex)

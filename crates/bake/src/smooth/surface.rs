@@ -1,11 +1,13 @@
 //! How far is a point from a surface?
 //!
-//! A bounding-volume tree over shapes in Morton order in which a node has four children. Their boxes lie side by side, so one look
+//! A bounding-volume tree in which a node has four children: shapes are halved, and halved again, across where they spread
+//! widest; very many are put in Morton order, which takes less time than half as many looks then save. Their boxes lie side by side, so one look
 //! at all four is a few vector instructions (Dammertz, Hanika, Keller, *Shallow bounding volume hierarchies for fast SIMD ray
-//! tracing of incoherent rays*, 2008), and shapes are looked at like nodes: by their boxes first, the nearest first. It knows
+//! tracing of incoherent rays*, 2008), and shapes are looked at like nodes: by their boxes first, the nearest first. Boxes are of
+//! single precision, rounded outwards, so that they leave out nothing; distances of shapes are of double precision. It knows
 //! points only; [`ShapeTree`](crate::lod::proximity::ShapeTree) tells what is near to all of a piece of surface.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3, Vec4};
 
 use super::quantise::QuantisedMesh;
 use crate::lod::{
@@ -15,14 +17,17 @@ use crate::lod::{
 
 /// Children of a node.
 const CHILDREN: usize = 4;
+/// More shapes are put in Morton order.
+const MOST_HALVED: usize = 1 << 14;
 /// More entries than a search has at once: all but one child of each node on the way down to one of 2³² shapes, and that one's.
 const STACK: usize = 64;
 
-/// Shapes, mostly a mesh's triangles, from which distances are measured.
+/// Shapes, mostly a mesh's triangles, from which distances are measured. Coordinates must be below 10¹⁸, so that their squares
+/// are numbers of single precision.
 pub struct Surface {
     /// In the order in which they were given.
     pub(super) shapes: Vec<Corners>,
-    /// The same in Morton order.
+    /// The same as they stand below the nodes, each of which but the last is full.
     order: Vec<u32>,
     /// Nodes; first those over shapes, last the root.
     levels: Vec<Vec<Node>>,
@@ -52,8 +57,12 @@ impl Surface {
 
     /// Of shapes one by one.
     pub(crate) fn of_shapes(shapes: Vec<Corners>) -> Self {
-        let centers: Vec<DVec3> = shapes.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
-        let order = morton_order(&centers);
+        let order = if shapes.len() > MOST_HALVED {
+            let middles: Vec<DVec3> = shapes.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
+            morton_order(&middles)
+        } else {
+            halved(&shapes)
+        };
         let mut boxes: Vec<(DVec3, DVec3)> = order.iter().map(|&shape| bounds(&shapes[shape as usize])).collect();
         let mut levels = Vec::new();
         while boxes.len() > 1 || levels.is_empty() {
@@ -79,44 +88,49 @@ impl Surface {
 
     /// What is nearest to a point; the search starts from a shape that may be near.
     pub(super) fn nearest(&self, point: DVec3, known: Option<u32>) -> Nearest {
-        let mut best = known.map_or(
-            Nearest {
-                shape: 0,
-                squared: f64::INFINITY,
-            },
-            |shape| self.distance(point, shape),
-        );
+        let nothing = Nearest {
+            shape: 0,
+            squared: f64::INFINITY,
+        };
+        let mut best = known.map_or(nothing, |shape| self.distance(point, shape));
+        let mut limit = limit_of(best.squared);
+        let at = Bounded::of(point);
         // What is to be looked at, nearest last: how far at least, how many levels above the shapes, which there.
         let mut stack = [(0.0, 0, 0); STACK];
-        stack[0] = (0.0, self.levels.len(), 0);
+        stack[0] = (0.0, self.levels.len() as u32, 0);
         let mut height = 1;
         while height > 0 {
             height -= 1;
             let (squared, level, place) = stack[height];
-            if squared >= best.squared {
+            if squared >= limit {
                 continue;
             }
             let Some(below) = level.checked_sub(1) else {
-                let found = self.distance(point, self.order[place]);
+                let found = self.distance(point, self.order[place as usize]);
                 if found.squared < best.squared {
                     best = found;
+                    limit = limit_of(best.squared);
                 }
                 continue;
             };
+            let Some(node) = self.levels[below as usize].get(place as usize) else {
+                continue;
+            };
             let first = height;
-            let children = self.levels[below]
-                .get(place)
-                .map_or([f64::INFINITY; CHILDREN], |node| node.squared_to(point));
-            for (child, squared) in children.into_iter().enumerate() {
-                if squared < best.squared {
-                    let mut at = height;
-                    while at > first && stack[at - 1].0 < squared {
-                        stack[at] = stack[at - 1];
-                        at -= 1;
-                    }
-                    stack[at] = (squared, below, CHILDREN * place + child);
-                    height += 1;
+            let squared = node.squared_to(&at);
+            let mut near = squared.cmplt(Vec4::splat(limit)).bitmask();
+            let squared = squared.to_array();
+            while near != 0 {
+                let child = near.trailing_zeros();
+                near &= near - 1;
+                let entry = (squared[child as usize], below, CHILDREN as u32 * place + child);
+                let mut at = height;
+                while at > first && stack[at - 1].0 < entry.0 {
+                    stack[at] = stack[at - 1];
+                    at -= 1;
                 }
+                stack[at] = entry;
+                height += 1;
             }
         }
         best
@@ -128,34 +142,98 @@ impl Surface {
     }
 }
 
+/// An order of shapes in which those of a node, of its children and so on are near each other.
+fn halved(shapes: &[Corners]) -> Vec<u32> {
+    let middles = shapes.iter().map(|[a, b, c]| (a + b + c).as_vec3());
+    let mut members: Vec<(Vec3, u32)> = middles.zip(0..).collect();
+    let mut below_child = 1;
+    while below_child < members.len() {
+        below_child *= CHILDREN;
+    }
+    arrange(&mut members, below_child);
+    members.into_iter().map(|(_, shape)| shape).collect()
+}
+
+/// Puts shapes, with their middles, in order for nodes of which each child but the last has so many below it.
+fn arrange(members: &mut [(Vec3, u32)], below_child: usize) {
+    if members.len() <= CHILDREN {
+        return;
+    }
+    if members.len() <= below_child {
+        arrange(members, below_child / CHILDREN);
+        return;
+    }
+    let nothing = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let middles = members.iter().map(|(middle, _)| *middle);
+    let (low, high) = middles.fold(nothing, |(low, high), middle| (low.min(middle), high.max(middle)));
+    let axis = (high - low).max_position();
+    let half = members.len().div_ceil(below_child).div_ceil(2) * below_child;
+    members.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]));
+    let (before, behind) = members.split_at_mut(half);
+    arrange(before, below_child);
+    arrange(behind, below_child);
+}
+
+/// What is in a box that is so far or farther is not nearer than so much, whatever was rounded: a few parts in 2²⁴.
+fn limit_of(squared: f64) -> f32 {
+    above(squared * (1.0 + 1e-6))
+}
+
+/// The nearest number of single precision that is not larger.
+fn below(x: f64) -> f32 {
+    let rounded = x as f32;
+    if f64::from(rounded) > x {
+        rounded.next_down()
+    } else {
+        rounded
+    }
+}
+
+/// The nearest number of single precision that is not smaller.
+fn above(x: f64) -> f32 {
+    -below(-x)
+}
+
+/// A point between two of single precision.
+struct Bounded {
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Bounded {
+    fn of(point: DVec3) -> Self {
+        Self {
+            low: Vec3::from_array(point.to_array().map(below)),
+            high: Vec3::from_array(point.to_array().map(above)),
+        }
+    }
+}
+
 /// The boxes of a node's children, axis by axis.
 struct Node {
-    low: [[f64; CHILDREN]; 3],
-    high: [[f64; CHILDREN]; 3],
+    low: [Vec4; 3],
+    high: [Vec4; 3],
 }
 
 impl Node {
     /// Over up to four boxes; nothing is near to those that are missing.
     fn over(boxes: &[(DVec3, DVec3)]) -> Self {
         let side = |i: usize| boxes.get(i).copied().unwrap_or(NOTHING);
+        let sides: [(DVec3, DVec3); CHILDREN] = std::array::from_fn(side);
         Self {
-            low: std::array::from_fn(|axis| std::array::from_fn(|i| side(i).0[axis])),
-            high: std::array::from_fn(|axis| std::array::from_fn(|i| side(i).1[axis])),
+            low: std::array::from_fn(|axis| Vec4::from_array(sides.map(|side| below(side.0[axis])))),
+            high: std::array::from_fn(|axis| Vec4::from_array(sides.map(|side| above(side.1[axis])))),
         }
     }
 
-    /// No shape in a child is nearer to a point than the root of this.
+    /// No shape in a child is nearer to a point than the root of this, but for what is rounded in the last few operations.
     #[inline(always)]
-    fn squared_to(&self, point: DVec3) -> [f64; CHILDREN] {
-        // Unlike `f64::max`, this is one instruction; nothing here is NaN.
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
-        let mut squared = [0.0; CHILDREN];
+    fn squared_to(&self, point: &Bounded) -> Vec4 {
+        let mut squared = Vec4::ZERO;
         for axis in 0..3 {
-            let (at, low, high) = (point[axis], &self.low[axis], &self.high[axis]);
-            for i in 0..CHILDREN {
-                let gap = larger(larger(low[i] - at, at - high[i]), 0.0);
-                squared[i] += gap * gap;
-            }
+            let (low, high) = (Vec4::splat(point.low[axis]), Vec4::splat(point.high[axis]));
+            let gap = (self.low[axis] - high).max(low - self.high[axis]).max(Vec4::ZERO);
+            squared += gap * gap;
         }
         squared
     }

@@ -4,7 +4,9 @@ use proptest::prelude::*;
 
 use super::canonical;
 use super::error::{Ruler, Surface};
+use super::prefix::Prefix;
 use super::quantise::{Precision, QuantisedMesh};
+use super::script::Undo;
 use crate::source::{Primitive, SourceModel};
 
 pub(super) fn encode(mesh: &QuantisedMesh) -> Vec<u8> {
@@ -83,6 +85,27 @@ fn assert_restored(mesh: &QuantisedMesh, decoder: &Decoder) {
     );
 }
 
+/// After each byte, the writer knows what a decoder has.
+fn assert_prefixes(mesh: &QuantisedMesh) {
+    let mut header = super::header_of(mesh);
+    let tree = super::collapse::cluster(mesh).unwrap();
+    let source = Surface::of(mesh);
+    let lacking = super::lattices::choose(mesh, &tree, &Ruler::new(&source, 60));
+    let mut undo = Undo::new(mesh, &tree, &lacking);
+    let (stream, course) = super::tell(&mut header, &mut undo).unwrap();
+    header.total_bytes = (header.to_bytes().len() + stream.len()) as u32;
+    let mut decoder = decoded(&header.to_bytes());
+    let mut prefix = Prefix::new(mesh, &undo);
+    for (byte, count) in stream[..stream.len() - 1].iter().zip(1..) {
+        decoder.push(&[*byte]).unwrap();
+        prefix.go_on(course.told(count));
+        let (twice_positions, triangles) = decoder.geometry();
+        let shapes = Surface::new(&twice_positions, triangles).shapes;
+        assert_eq!(prefix.surface().shapes, shapes, "after {count} bytes");
+        assert_eq!(prefix.triangles(), shapes.len());
+    }
+}
+
 fn without_attributes() -> Precision {
     Precision {
         with_attributes: false,
@@ -125,6 +148,21 @@ proptest! {
         let mesh = QuantisedMesh::new(&model, Precision { position_bits, with_attributes, ..Precision::default() });
         let bytes = encode(&mesh);
         assert_restored(&mesh, &decoded(&bytes));
+    }
+
+    #[test]
+    fn what_any_beginning_of_a_soup_gives_is_known_without_decoding(
+        points in prop::collection::vec(prop::array::uniform3(0u8..9), 3..40),
+        corners in prop::collection::vec(prop::array::uniform3(any::<u8>()), 1..90),
+        materials in 1usize..4,
+        position_bits in 1u32..=16,
+        with_attributes in any::<bool>(),
+    ) {
+        let model = soup(&points, &corners, materials);
+        let mesh = QuantisedMesh::new(&model, Precision { position_bits, with_attributes, ..Precision::default() });
+        if !mesh.triangles.is_empty() {
+            assert_prefixes(&mesh);
+        }
     }
 
     #[test]
@@ -246,6 +284,12 @@ fn errors_fall_along_the_stream_and_cuts_state_them() {
         );
     }
     assert_eq!(cuts.last().map(|cut| cut.bytes as usize), Some(bytes.len()));
+}
+
+#[test]
+fn what_any_beginning_gives_is_known_without_decoding() {
+    assert_prefixes(&QuantisedMesh::new(&sheet(18), Precision::default()));
+    assert_prefixes(&QuantisedMesh::new(&leaves(60), without_attributes()));
 }
 
 /// Leaves of two triangles each, strewn about: nothing that could be simplified, but for leaving some out.

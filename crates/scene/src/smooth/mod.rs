@@ -10,7 +10,8 @@
 //!   what a writer brings.
 //! * [`split`], [`fan`] and [`change`]: what becomes of the triangles around a vertex that is split.
 //! * [`geometry`]: where the new vertex is. [`attributes`] and [`octahedron`]: what its corners look like.
-//! * `model` and `rans`: how decisions become bits; [`draft`]: how a writer gets weights for where vertices are.
+//! * `model` and `rans`: how decisions become bits; [`draft`]: how a writer gets weights for where vertices are;
+//!   [`course`]: what readers have after how many bytes.
 //! * [`select`]: which triangles to draw from where.
 //!
 //! [`thesis`] reads the packets of the thesis itself.
@@ -19,6 +20,7 @@
 
 pub mod attributes;
 pub mod change;
+pub mod course;
 mod decoder;
 pub mod draft;
 pub mod fan;
@@ -29,6 +31,7 @@ mod mesh;
 mod model;
 pub mod octahedron;
 mod pass;
+mod quotient;
 mod rans;
 pub mod replay;
 mod residual;

@@ -2,6 +2,8 @@
 //!
 //! Meyer et al., *On floating-point normal vectors* (2010). Numbers go from −127 to 127; integers throughout.
 
+use super::quotient::quotient;
+
 /// The sum of the sizes of a direction's components.
 const REACH: i32 = 127;
 
@@ -23,7 +25,7 @@ pub fn nearest([x, y, z]: [i32; 3]) -> [i32; 2] {
     }
     let round = |v: i64| {
         let scaled = 2 * v.abs() * i64::from(REACH) + reach;
-        (v.signum() * (scaled / (2 * reach))) as i32
+        (v.signum() * quotient(scaled, 2 * reach)) as i32
     };
     let [x, y] = [round(x), round(y)];
     if z >= 0 { [x, y] } else { [fold(x, y), fold(y, x)] }

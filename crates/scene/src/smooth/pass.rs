@@ -65,7 +65,7 @@ impl Replay {
         more: u32,
     ) -> Result<Phase, Damage> {
         for vertex in next..self.mesh.points.len() as u32 {
-            if !coder.has(STEP_BYTES) {
+            if !coder.has(STEP_BYTES, self.told(vertex)) {
                 return Ok(Phase::Refine { next: vertex, more });
             }
             let (same, expected) = likely(&self.mesh, vertex);

@@ -10,6 +10,7 @@
 
 use std::ops::Range;
 
+use super::course::Told;
 use super::geometry::{Hood, Weights};
 use super::model::{Bit, Nibble};
 use super::residual::ResidualModels;
@@ -43,9 +44,9 @@ pub(super) trait Coder: Sized {
     ) -> ([i32; 3], usize) {
         models.code(self, hood, weights, before, way)
     }
-    /// Whether so many bytes have come, or all that will. Always when writing.
+    /// Whether so many bytes have come, or all that will, for what follows on what was told. Always when writing.
     #[inline(always)]
-    fn has(&self, _bytes: usize) -> bool {
+    fn has(&mut self, _bytes: usize, _told: Told) -> bool {
         true
     }
     /// Whether what it gave cannot be believed, because the stream has not come so far. Never when writing.
@@ -63,6 +64,13 @@ pub(super) struct Writer {
 }
 
 impl Writer {
+    /// Before the first decision, with room for so many.
+    pub(super) fn with_room(decisions: usize) -> Self {
+        Self {
+            decisions: Vec::with_capacity(decisions),
+        }
+    }
+
     /// How many decisions there are.
     pub(super) fn decisions(&self) -> usize {
         self.decisions.len()
@@ -258,7 +266,7 @@ impl Coder for Reader<'_> {
     }
 
     #[inline(always)]
-    fn has(&self, bytes: usize) -> bool {
+    fn has(&mut self, bytes: usize, _: Told) -> bool {
         self.is_whole || self.left() >= bytes
     }
 

@@ -6,6 +6,7 @@
 
 use super::attributes::{Attributes, Done};
 use super::change::Change;
+use super::course::Told;
 use super::draft::Draft;
 use super::fan::Star;
 use super::geometry::{Hood, Weights};
@@ -137,7 +138,7 @@ impl Replay {
     /// # Panics
     /// When the script tells what no stream can hold.
     pub fn draft<S: Script>(mut self, script: &mut S) -> Option<Draft> {
-        let mut draft = Draft::default();
+        let mut draft = Draft::new(self.most_vertices);
         while self.phase != Phase::End {
             if self.phase == Phase::Pass {
                 draft.begin_pass();
@@ -155,6 +156,16 @@ impl Replay {
     /// All vertices in the order of the tree.
     pub(super) fn tree_order(&self) -> impl Iterator<Item = u32> {
         self.visited.iter().chain(&self.order[self.turn..]).copied()
+    }
+
+    /// The mesh so far, of which so many vertices are on the next lattice.
+    #[inline(always)]
+    pub(super) fn told(&self, refined: u32) -> Told {
+        Told {
+            vertices: self.mesh.points.len() as u32,
+            coarse_bits: self.coarse_bits,
+            refined,
+        }
     }
 
     /// Bytes that the next step takes at most: a [`Bit`] takes up to 9 bits, a [`Nibble`](super::model::Nibble) up to 12.
@@ -187,7 +198,11 @@ impl Replay {
         coder: &mut C,
         script: Option<&mut S>,
     ) -> Result<bool, Damage> {
-        if !coder.has(self.step_bytes()) {
+        let refined = match self.phase {
+            Phase::Refine { next, .. } => next,
+            _ => 0,
+        };
+        if !coder.has(self.step_bytes(), self.told(refined)) {
             return Ok(false);
         }
         self.phase = match self.phase {
@@ -204,7 +219,7 @@ impl Replay {
     /// Visits vertices as long as all goes its usual way and bytes have come.
     fn visit<C: Coder, S: Script>(&mut self, coder: &mut C, mut script: Option<&mut S>) -> Result<Phase, Damage> {
         while let Some(&vertex) = self.order.get(self.turn) {
-            if !coder.has(self.visit_bytes(vertex)) {
+            if !coder.has(self.visit_bytes(vertex), self.told(0)) {
                 return Ok(Phase::Visit);
             }
             if !self.splits(coder, script.as_deref_mut(), vertex) {
@@ -229,7 +244,7 @@ impl Replay {
             if self.split.extras > 0 {
                 return Ok(Phase::Extra(vertex));
             }
-            if !coder.has(self.place_bytes()) {
+            if !coder.has(self.place_bytes(), self.told(0)) {
                 return Ok(Phase::Place(vertex));
             }
             self.place(coder, script.as_deref_mut(), vertex)?;

@@ -6,6 +6,7 @@
 
 use super::geometry::{Hood, Weights};
 use super::model::{Nibble, gamma};
+use super::quotient::quotient;
 use super::rans::Coder;
 
 /// Models of residuals.
@@ -77,7 +78,7 @@ impl ResidualModels {
         let mut on_plane = i64::from(expected[top]);
         if normal[top] != 0 {
             let off = |axis: usize| normal[axis] * (16 * i64::from(found[axis]) - i64::from(expected[axis]));
-            on_plane -= (off(low) + off(middle)) / normal[top];
+            on_plane -= quotient(off(low) + off(middle), normal[top]);
         }
         let on_plane = round(on_plane as i32);
         let model = &mut self.third[size / 2][classes[0].max(classes[1]) / 2];

@@ -8,6 +8,7 @@ use std::ops::Range;
 use super::super::geometry::shorten;
 use super::super::mesh::{Mesh, NONE};
 use super::super::octahedron;
+use super::super::quotient::quotient;
 use super::ChannelKind;
 use super::wedges::Corner;
 
@@ -66,7 +67,7 @@ impl<'a> Beside<'a> {
             // What the triangles say counts eight times as much as the normals around.
             let counts = 8 * reach(around).max(127);
             let of_face = reach(face).max(1);
-            let sum = [0, 1, 2].map(|axis| (around[axis] + face[axis] * counts / of_face) as i32);
+            let sum = [0, 1, 2].map(|axis| (around[axis] + quotient(face[axis] * counts, of_face)) as i32);
             let [x, y] = octahedron::nearest(sum);
             return [x, y, 0, 0];
         }
@@ -146,5 +147,5 @@ fn shares(mesh: &Mesh, triangle: u32, side: usize, (old, new): (u32, u32)) -> [i
     if area == 0 {
         return [0; 2];
     }
-    [(tt * fa - ft * ta) * 256 / area, (ff * ta - ft * fa) * 256 / area].map(|share| share.clamp(-1024, 1024))
+    [tt * fa - ft * ta, ff * ta - ft * fa].map(|part| quotient(part * 256, area).clamp(-1024, 1024))
 }
