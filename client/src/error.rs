@@ -76,7 +76,7 @@ pub enum Error {
         cause: std::io::Error,
     },
     /// The bytes are not those that the name promises.
-    #[error("{0} arrived damaged: its bytes do not have the hash in its name")]
+    #[error("{path} arrived damaged: its bytes do not have the hash in its name", path = .0.url())]
     Corrupt(BlobName),
     /// What travelled compressed cannot be unpacked.
     #[error("{path} arrived damaged: {cause}")]
@@ -104,7 +104,8 @@ pub enum Error {
     },
     /// The server answers a part with all of it: so what is not needed whole is not asked for.
     #[error(
-        "a part of {0} was answered with all of it, so this server is asked for no more parts; levels take the place of smooth LODs"
+        "a part of {path} was answered with all of it, so this server is asked for no more parts; levels take the place of smooth LODs",
+        path = .0.url()
     )]
     Whole(BlobName),
     /// A document is not of the published format.
@@ -150,7 +151,8 @@ pub enum Error {
     },
     /// Memory does not hold even the coarsest of what can be seen from a cell and from its neighbours.
     #[error(
-        "{cell} and the cells next door take {needed_bytes} bytes of memory, {limit_bytes} are allowed; raise the limit"
+        "the coarsest levels of {cell} and the cells next door take {needed_bytes} bytes of memory where no rules stand in for them, \
+         {limit_bytes} are allowed; raise the limit"
     )]
     MemoryShort {
         /// The cell.
@@ -161,7 +163,7 @@ pub enum Error {
         limit_bytes: u64,
     },
     /// A smooth LOD is not what its name promises, as its last piece shows.
-    #[error("the rungs of {0} are not the bytes that its name promises; levels take its place")]
+    #[error("the rungs of {path} are not the bytes that its name promises; levels take its place", path = .0.url())]
     Stream(BlobName),
     /// The server answers with another length than was asked for.
     #[error("{path} was answered with {found} bytes instead of {expected}")]

@@ -281,7 +281,8 @@ async fn all_that_a_line_carried_is_noted_whatever_became_of_it() {
     let damaged = whole(b"0123456780");
     let fields = "Content-Encoding: gzip\r\nContent-Length: 5\r\n";
     let garbled = answer("200 OK", fields, &CONTENT[..5]);
-    for (vain, bytes) in [(cut.clone(), 6), (damaged.clone(), 10), (garbled, 5)] {
+    let busy = answer("503 Service Unavailable", "Content-Length: 10\r\n", CONTENT);
+    for (vain, bytes) in [(cut.clone(), 6), (damaged.clone(), 10), (garbled, 5), (busy, 10)] {
         let (source, _) = server(vec![vain.clone(), whole(CONTENT)]);
         let (count, path) = (Carried::default(), path());
         let ask = Ask::of(&path).counting(&count);
@@ -297,6 +298,74 @@ async fn all_that_a_line_carried_is_noted_whatever_became_of_it() {
         .await;
     assert!(matches!(came, Err(Error::Corrupt(_))));
     assert_eq!(count.bytes(), 20);
+    // A page that says that there is nothing takes the line as long as any other; of one that has no end, a part does.
+    let page = vec![b'x'; 9_000];
+    let (source, _) = server(vec![answer("404 Not Found", "Content-Length: 9000\r\n", &page)]);
+    for range in [None, Some(2..5)] {
+        let count = Carried::default();
+        let ask = Ask::of(&path).counting(&count);
+        let came = match range {
+            None => source.get_watched(ask, &mut |_| {}).await.map(drop),
+            Some(range) => source.get_range(ask, range).await.map(drop),
+        };
+        assert!(matches!(came, Err(Error::Missing(_))), "{came:?}");
+        assert_eq!(count.bytes(), 9_000);
+    }
+    let count = Carried::default();
+    let came = endless("HTTP/1.1 404 Not Found\r\n\r\n")
+        .get_watched(Ask::of(&path).counting(&count), &mut |_| {})
+        .await;
+    assert!(matches!(came, Err(Error::Missing(_))), "{came:?}");
+    assert!((1 << 20..2 << 20).contains(&count.bytes()), "{}", count.bytes());
+}
+
+#[tokio::test]
+async fn failures_of_the_network_are_told_in_words() {
+    let told = |source: HttpSource| async move { source.get("/o/x").await.unwrap_err().to_string() };
+    let half = &CONTENT[..6];
+    for (cut, expected) in [
+        (
+            answer("200 OK", "Content-Length: 10\r\n", half),
+            "the connection was cut after 6 of 10 bytes",
+        ),
+        (
+            answer("200 OK", "Transfer-Encoding: chunked\r\n", b"6\r\n012345\r\n"),
+            "the connection was cut after 6 bytes",
+        ),
+        (
+            answer("500 Internal Server Error", "Content-Length: 0\r\n", b""),
+            "the server answers with status 500 Internal Server Error",
+        ),
+    ] {
+        assert_eq!(
+            told(server(vec![cut]).0).await,
+            format!("cannot fetch /o/x: {expected}")
+        );
+    }
+    let nobody = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = nobody.local_addr().expect("an address");
+    drop(nobody);
+    let source = HttpSource::new(&format!("http://{address}")).expect("an address");
+    assert_eq!(
+        told(source).await,
+        format!("cannot fetch /o/x: nobody answers at {address} (connection refused)")
+    );
+}
+
+#[test]
+fn files_are_named_by_their_paths() {
+    let name = BlobName::of(CONTENT, "slod").expect("a name");
+    for error in [
+        Error::Missing(name.url()),
+        Error::Corrupt(name.clone()),
+        Error::Whole(name.clone()),
+        Error::Stream(name.clone()),
+    ] {
+        assert!(
+            error.to_string().contains(&format!(" {}", name.url())) || error.to_string().starts_with(&name.url()),
+            "{error}"
+        );
+    }
 }
 
 #[tokio::test]

@@ -24,7 +24,7 @@ use serde::{Serialize, Serializer};
 
 use super::{
     growing::Growing,
-    output::{bytes, print, print_json},
+    output::{bytes, counted, print, print_json},
     sowing::{SowingArgs, told},
 };
 use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
@@ -203,8 +203,14 @@ impl Report {
                 bytes(self.explicit_bytes)
             ),
             format!(
-                "  {} triangles in {} objects of {} parts, {:.1} × {:.1} × {:.1} m, in {:.3} s",
-                self.triangles, self.objects, self.parts, size[0], size[1], size[2], self.seconds
+                "  {} in {} of {}, {:.1} × {:.1} × {:.1} m, in {:.3} s",
+                counted(self.triangles as usize, "triangle"),
+                counted(self.objects, "object"),
+                counted(self.parts, "part"),
+                size[0],
+                size[1],
+                size[2],
+                self.seconds
             ),
             format!(
                 "  used {}",

@@ -111,6 +111,12 @@ pub(super) fn bytes(count: u64) -> String {
     format!("{value:.1} {}", units[unit])
 }
 
+/// `1 object`, `2 objects`.
+pub(super) fn counted(count: usize, one: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {one}{ending}")
+}
+
 /// `86.2 %`; a dash for a share of nothing.
 pub(super) fn percent(share: f64) -> String {
     if share.is_finite() {
@@ -164,6 +170,14 @@ mod tests {
         let told = shown(&json, |c| c != '\n', |c| format!("\\u{:04x}", u32::from(c)));
         assert!(!told.contains(['\u{9b}', '\u{202e}']));
         assert_eq!(serde_json::from_str::<[String; 1]>(&told).unwrap(), [name]);
+    }
+
+    #[test]
+    fn one_is_no_several() {
+        assert_eq!(
+            [0, 1, 2].map(|count| counted(count, "part")),
+            ["0 parts", "1 part", "2 parts"]
+        );
     }
 
     #[test]

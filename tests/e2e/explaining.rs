@@ -67,6 +67,10 @@ async fn a_sight_line_shows_what_is_seen_and_a_wall_is_named_that_hides() {
     assert!(told(id("beyond")).contains("seen from ["), "{}", told(id("beyond")));
     assert!(told(id("outside")).contains("hidden from"), "{}", told(id("outside")));
 
+    let table = data.ok(&["inspect", "rooms", "--cell", cell]);
+    assert!(table.contains("miss bound 0; "), "{table}");
+    assert!(!table.contains(".0,") && !table.contains("00000"), "{table}");
+
     let refused = data.fails(&["inspect", "rooms", "--cell", cell, "--object", "o99"]);
     assert!(refused.contains("no object o99"), "{refused}");
 

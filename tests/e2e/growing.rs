@@ -43,6 +43,15 @@ fn grow_writes_a_glb_and_says_what_it_took() {
         inspected.contains("6 objects of 3 models") && inspected.contains("3 of 3 models can be grown by clients\n"),
         "{inspected}"
     );
+    let block = data.write("block.dcg", "box(1, 1, 1)");
+    let block = block.to_str().expect("UTF-8");
+    let grown = data.ok(&["grow", block]);
+    assert!(grown.contains("12 triangles in 1 object of 1 part, "), "{grown}");
+    let inspected = data.ok(&["inspect", block]);
+    assert!(
+        inspected.contains("1 object of 1 model, ") && inspected.contains("1 of 1 model can be grown by clients\n"),
+        "{inspected}"
+    );
     // Triangles, objects and size of what is placed, of glTF files too.
     let yard = data.write(
         "yard.dcg",

@@ -20,16 +20,20 @@ it("the examples run in Node, with the core by its name in the package", async (
     answer.writeHead(bytes ? 200 : 404).end(bytes);
   });
   await new Promise<void>((listening) => server.listen(0, "127.0.0.1", listening));
+  const base = `http://127.0.0.1:${(server.address() as AddressInfo).port}/`;
+  const look = (...args: string[]) =>
+    promisify(execFile)(process.execPath, ["examples/look.mjs", ...args], { cwd: VIEWER });
   try {
-    const { port } = server.address() as AddressInfo;
-    const look = ["examples/look.mjs", `http://127.0.0.1:${port}/`, "rooms"];
-    const { stdout, stderr } = await promisify(execFile)(process.execPath, look, { cwd: VIEWER });
+    const { stdout, stderr } = await look(base, "rooms");
     expect(stderr).toBe("");
     expect(stdout).toMatch(/, cell 0: [1-9]\d* objects can be seen\n/);
     expect(stdout).toMatch(/[1-9]\d* models are here, (\d+) of \1 bytes of the first picture\n/);
+    await expect(look(base, "halls")).rejects.toMatchObject({ code: 1, stderr: `there is no scene halls at ${base}\n` });
+    await expect(look(base)).rejects.toMatchObject({ code: 1, stderr: expect.stringMatching(/^name a tree and a scene/) });
   } finally {
     server.close();
   }
+  await expect(look(base, "rooms")).rejects.toMatchObject({ code: 1, stderr: `nobody answers at ${base}\n` });
   const grown = async (...args: string[]) => {
     const rules = join(VIEWER, "../content/tree.dcg");
     return promisify(execFile)(process.execPath, ["examples/grow.mjs", rules, ...args], { cwd: VIEWER });

@@ -15,8 +15,14 @@ use reqwest::{
     Method, RequestBuilder, Response, StatusCode,
     header::{ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_RANGE, LINK, RANGE, RETRY_AFTER},
 };
+use tokio::time::timeout;
 
-use super::{Ask, ByteSource, Part, Watch, incoming::Incoming, unwatched};
+use super::{
+    Ask, ByteSource, Carried, Part, Watch,
+    failure::{cut, failed},
+    incoming::Incoming,
+    unwatched,
+};
 use crate::Error;
 
 /// Answers that say that the request is wrong now, and not for ever.
@@ -25,6 +31,11 @@ const MAY_CHANGE: [StatusCode; 3] = [
     StatusCode::TOO_EARLY,
     StatusCode::TOO_MANY_REQUESTS,
 ];
+
+/// Of what comes in place of what was asked for, such as a page that says what is wrong, no more is read …
+const MOST_REFUSAL_BYTES: u64 = 1 << 20;
+/// … and its next piece is not waited for longer.
+const REFUSAL_PAUSE: Duration = Duration::from_secs(1);
 
 /// A server or CDN.
 #[derive(Debug, Clone)]
@@ -79,7 +90,11 @@ impl HttpSource {
             true => request.header(CACHE_CONTROL, "no-cache"),
             false => request,
         };
-        let answer = request.send().await.map_err(|cause| failed(path, &cause))?;
+        let mut answer = request.send().await.map_err(|cause| failed(path, &cause))?;
+        let is_refusal = answer.status().is_client_error() || answer.status().is_server_error();
+        if let Some(count) = ask.count.filter(|_| is_refusal) {
+            refusal(&mut answer, count).await;
+        }
         let answer = succeeded(path, answer)?;
         let links = answer.headers().get_all(LINK).iter();
         if links.filter_map(|link| link.to_str().ok()).any(bundle::is_offered) {
@@ -98,13 +113,30 @@ impl HttpSource {
 async fn read(ask: Ask<'_>, mut answer: Response, watch: &mut Watch<'_>) -> Result<(Bytes, u64), Error> {
     let encoding = answer.headers().get(CONTENT_ENCODING);
     let mut incoming = Incoming::new(ask, encoding.is_some_and(|encoding| encoding == "gzip"));
-    incoming.expect(answer.content_length())?;
-    while let Some(piece) = answer.chunk().await.map_err(|cause| failed(ask.path, &cause))? {
+    let announced = answer.content_length();
+    incoming.expect(announced)?;
+    loop {
+        let piece = answer.chunk().await;
+        let Some(piece) = piece.map_err(|cause| cut(ask.path, &cause, (incoming.carried, announced)))? else {
+            break;
+        };
         incoming.push(&piece)?;
         watch(incoming.so_far());
     }
     let carried = incoming.carried;
     Ok((incoming.whole()?, carried))
+}
+
+/// Counts what the line carries of an answer that is not one of success. Its status counts, whatever becomes of the rest of it.
+async fn refusal(answer: &mut Response, count: &Carried) {
+    let mut bytes = 0;
+    while let Ok(Ok(Some(piece))) = timeout(REFUSAL_PAUSE, answer.chunk()).await {
+        bytes += piece.len() as u64;
+        count.note(piece.len() as u64);
+        if bytes >= MOST_REFUSAL_BYTES {
+            break;
+        }
+    }
 }
 
 /// An answer, if it is one of success.
@@ -132,13 +164,6 @@ pub(crate) fn succeeded(path: &str, answer: Response) -> Result<Response, Error>
         });
     }
     answer.error_for_status().map_err(|cause| failed(path, &cause))
-}
-
-pub(crate) fn failed(path: &str, cause: &reqwest::Error) -> Error {
-    Error::Fetch {
-        path: path.to_owned(),
-        cause: chain(cause),
-    }
 }
 
 impl ByteSource for HttpSource {
@@ -194,16 +219,4 @@ impl ByteSource for HttpSource {
     fn offers_bundles(&self) -> bool {
         self.bundles.load(Ordering::Relaxed)
     }
-}
-
-/// The error with its causes, outermost first.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut next = error.source();
-    while let Some(cause) = next {
-        text.push_str(": ");
-        text.push_str(&cause.to_string());
-        next = cause.source();
-    }
-    text
 }

@@ -9,6 +9,7 @@ use std::{
 };
 
 mod disk_cache;
+mod failure;
 mod folder;
 mod http;
 mod incoming;
@@ -21,9 +22,10 @@ mod shelf;
 mod turns;
 
 pub use disk_cache::DiskCache;
+pub(crate) use failure::failed;
 pub use folder::FolderSource;
 pub use http::HttpSource;
-pub(crate) use http::{failed, succeeded};
+pub(crate) use http::succeeded;
 pub use pulse::{Lateness, Pulse};
 pub use retrying::Retrying;
 pub(crate) use retrying::about;

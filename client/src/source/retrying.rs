@@ -199,7 +199,8 @@ impl<S: ByteSource> Retrying<S> {
         watch: &mut Watch<'_>,
     ) -> Result<(Bytes, u64), Error> {
         let turn = self.turns.take(ask.count).await;
-        let progress = Progress::new();
+        // What comes in place of what was asked for is seen by nobody else.
+        let progress = ask.count.map_or_else(Progress::new, Progress::counted);
         let mut watch = |so_far: &[u8]| {
             progress.note(so_far.len());
             watch(so_far);

@@ -9,13 +9,17 @@ use crate::source::SourceScene;
 pub enum Tie {
     /// It takes on the paint that it is called in.
     Paint,
-    /// It is what something is `called`, or other parts or glTF files stand in it.
+    /// It is what the first file draws beside the parts that it places.
+    Outside,
+    /// It is what something is `called`.
+    Called,
+    /// Other parts or glTF files stand in it.
     Others,
     /// It is a piece of what was cut.
     Cut,
 }
 
-/// How many models of a scene are offered as rules, and why the others that have grown from rules are not.
+/// How many models of a scene are offered as rules, and why the others are not. Together they are all.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Growable {
     /// All of the scene, those that no rules made too.
@@ -24,6 +28,12 @@ pub struct Growable {
     pub alone: usize,
     /// Those tied by [`Tie::Paint`].
     pub painted: usize,
+    /// Those tied by [`Tie::Outside`].
+    #[serde(default)]
+    pub outside: usize,
+    /// Those tied by [`Tie::Called`].
+    #[serde(default)]
+    pub called: usize,
     /// Those tied by [`Tie::Others`].
     pub with_others: usize,
     /// Those tied by [`Tie::Cut`].
@@ -34,14 +44,22 @@ pub struct Growable {
 }
 
 impl Tie {
-    const ALL: [Self; 3] = [Self::Paint, Self::Others, Self::Cut];
+    const ALL: [Self; 5] = [Self::Paint, Self::Outside, Self::Called, Self::Others, Self::Cut];
 
-    /// What models that are so tied do.
-    fn told(self) -> &'static str {
+    /// What one model that is so tied does, and what several do.
+    fn told(self) -> [&'static str; 2] {
         match self {
-            Self::Paint => "take what their caller paints them with",
-            Self::Others => "are `called` something or hold other parts",
-            Self::Cut => "are pieces of what is too large for one object",
+            Self::Paint => [
+                "takes what its caller paints it with",
+                "take what their caller paints them with",
+            ],
+            Self::Outside => ["is drawn outside of parts", "are drawn outside of parts"],
+            Self::Called => ["is what `called` names", "are what `called` names"],
+            Self::Others => ["holds other parts or glTF files", "hold other parts or glTF files"],
+            Self::Cut => [
+                "is a piece of what is too large for one object",
+                "are pieces of what is too large for one object",
+            ],
         }
     }
 
@@ -49,7 +67,9 @@ impl Tie {
     fn way_out(self) -> &'static str {
         match self {
             Self::Paint => "let the part paint itself, with a parameter for what differs",
-            Self::Others => "let it be made of rules, and a rule place parts side by side, outside of `called`",
+            Self::Outside => "put it into a `part`",
+            Self::Called => "draw it in a `part`, and call that behind `called`",
+            Self::Others => "let a rule place parts side by side",
             Self::Cut => "make it of several parts",
         }
     }
@@ -67,6 +87,8 @@ impl Growable {
             models: scene.models.len(),
             alone: scene.models.iter().filter(|model| model.recipe.is_some()).count(),
             painted: tied(Tie::Paint),
+            outside: tied(Tie::Outside),
+            called: tied(Tie::Called),
             with_others: tied(Tie::Others),
             cut: tied(Tie::Cut),
             example: first.map(|model| model.name.clone()),
@@ -77,27 +99,45 @@ impl Growable {
     fn tied(&self, tie: Tie) -> usize {
         match tie {
             Tie::Paint => self.painted,
+            Tie::Outside => self.outside,
+            Tie::Called => self.called,
             Tie::Others => self.with_others,
             Tie::Cut => self.cut,
         }
     }
 
-    /// The same for a person, with what would help where few can be grown; `None` where nothing has grown from rules.
+    /// Those that no rules made.
+    fn from_files(&self) -> usize {
+        let tied: usize = Tie::ALL.into_iter().map(|tie| self.tied(tie)).sum();
+        self.models.saturating_sub(self.alone + tied)
+    }
+
+    /// The same for a person, with what would help the others, and one of them where most are tied alike; `None` where nothing has
+    /// grown from rules.
     #[must_use]
     pub fn sentence(&self) -> Option<String> {
         let ties: Vec<Tie> = Tie::ALL.into_iter().filter(|tie| self.tied(*tie) > 0).collect();
         if self.alone == 0 && ties.is_empty() {
             return None;
         }
-        let mut sentence = format!("{} of {} models can be grown by clients", self.alone, self.models);
-        for tie in &ties {
-            sentence += &format!("; {} {}", self.tied(*tie), tie.told());
+        let likeliest = ties.iter().copied().max_by_key(|tie| self.tied(*tie));
+        let models = if self.models == 1 { "model" } else { "models" };
+        let mut sentence = format!("{} of {} {models} can be grown by clients", self.alone, self.models);
+        for tie in ties {
+            let count = self.tied(tie);
+            let [one, several] = tie.told();
+            sentence += &format!("; {count} {}", if count == 1 { one } else { several });
+            if let Some(example) = self.example.as_ref().filter(|_| likeliest == Some(tie))
+                && count > self.alone
+            {
+                sentence += &format!(", as `{example}`");
+            }
+            sentence += &format!(": {}", tie.way_out());
         }
-        let likeliest = ties.into_iter().max_by_key(|tie| self.tied(*tie));
-        if let (Some(tie), Some(example)) = (likeliest, &self.example)
-            && self.tied(tie) > self.alone
-        {
-            sentence += &format!(", as `{example}`: {}", tie.way_out());
+        match self.from_files() {
+            0 => {}
+            1 => sentence += "; 1 comes from a glTF file",
+            many => sentence += &format!("; {many} come from glTF files"),
         }
         Some(sentence)
     }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::{
     cells::{
         self, CellGraph, CellSettings,
-        author::{AuthorError, Drawn},
+        author::{AuthorError, Drawn, SoundCells},
     },
     cutting::Cutting,
     defect::Defects,
@@ -108,6 +108,8 @@ pub fn bake(
     const STEPS: u64 = 3;
     // Nothing later makes fewer of them, and all of it takes longer the more there are.
     world::check_placed(&source.scene)?;
+    world::check_place(&source.scene)?;
+    let sound = SoundCells::of(&source.scene.authored)?;
     progress.start(Stage::Occluders, STEPS);
     let mut scene = in_spatial_order(split::split(share(source.scene), &settings.split, defects));
     note_unseen(&scene, defects);
@@ -138,7 +140,7 @@ pub fn bake(
         let graph = partition.graph(&world);
         (Some(partition), graph)
     } else {
-        (None, cells::author::build(&world, &scene.authored, defects)?)
+        (None, cells::author::joined(&sound, (&world, &scene.authored), defects)?)
     };
     let vouched = Vouched {
         world: &world,
@@ -339,7 +341,7 @@ mod tests {
     use glam::DMat4;
 
     use super::*;
-    use crate::source::{Primitive, Role};
+    use crate::source::{Authored, AuthoredShape, Primitive, Role};
 
     /// Hears whether anything was begun.
     #[derive(Default)]
@@ -361,6 +363,85 @@ mod tests {
         }
     }
 
+    /// Why a bake refuses a scene before it has begun anything.
+    fn refused_at_once(scene: SourceScene) -> String {
+        let source = Source {
+            scene,
+            title: "refused".to_owned(),
+            bytes: 0,
+        };
+        let begun = Begun::default();
+        let host = Host {
+            progress: &begun,
+            ..Host::taking(&Nowhere)
+        };
+        let refused = bake(source, &BakeSettings::default(), &mut Defects::default(), &host).unwrap_err();
+        assert!(!begun.0.load(Ordering::Relaxed), "a stage was begun");
+        refused.to_string()
+    }
+
+    /// A cube of a metre.
+    fn cell(node: &str, least: DVec3) -> AuthoredShape {
+        let faces = (0..3).flat_map(|axis| [0.0, 1.0].map(|side| (axis, side)));
+        let triangles = faces.flat_map(|(axis, side)| {
+            let corner = |u: f64, v: f64| {
+                let mut corner = [side; 3];
+                (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) = (u, v);
+                least + DVec3::from(corner)
+            };
+            let [a, b, c, d] = [corner(0., 0.), corner(1., 0.), corner(1., 1.), corner(0., 1.)];
+            [[a, b, c], [a, c, d]]
+        });
+        AuthoredShape {
+            node: node.to_owned(),
+            triangles: triangles.collect(),
+        }
+    }
+
+    #[test]
+    fn cells_that_overlap_are_refused_before_anything_is_begun() {
+        let scene = SourceScene {
+            authored: Authored {
+                cells: vec![cell("cell:a", DVec3::ZERO), cell("cell:b", DVec3::new(0.75, 0.0, 0.0))],
+                ..Authored::default()
+            },
+            ..SourceScene::default()
+        };
+        let told = refused_at_once(scene);
+        assert!(
+            told.starts_with("author's cells `cell:a` and `cell:b` overlap by 0.250 m"),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn a_scene_out_where_single_precision_holds_none_is_refused_with_the_way_back() {
+        let corner = Primitive {
+            positions: vec![[0.0; 3], [1000.0, 0.0, 0.0], [0.0, 1000.0, 0.0]],
+            indices: vec![0, 1, 2],
+            ..Primitive::default()
+        };
+        let scene = SourceScene {
+            models: vec![SourceModel {
+                primitives: vec![corner],
+                ..SourceModel::default()
+            }],
+            objects: vec![SourceObject {
+                source_node: "block".to_owned(),
+                part: 0,
+                model: 0,
+                world_from_object: DMat4::from_translation(DVec3::new(1e9, 0.0, 1e9)),
+                role: Role::Ordinary,
+            }],
+            ..SourceScene::default()
+        };
+        assert_eq!(
+            refused_at_once(scene),
+            "object 0 (`block`) reaches 1.000001e9 m from the origin, where numbers of single precision are 64 m apart; at most 1e9 m \
+             are possible: move the scene to its origin"
+        );
+    }
+
     #[test]
     fn more_placed_triangles_than_can_be_numbered_are_refused_before_anything_is_begun() {
         let dense = Primitive {
@@ -375,27 +456,16 @@ mod tests {
             world_from_object: DMat4::IDENTITY,
             role: Role::Ordinary,
         };
-        let source = Source {
-            scene: SourceScene {
-                models: vec![SourceModel {
-                    primitives: vec![dense],
-                    ..SourceModel::default()
-                }],
-                objects: vec![object; 70_000],
-                ..SourceScene::default()
-            },
-            title: "dense".to_owned(),
-            bytes: 0,
+        let scene = SourceScene {
+            models: vec![SourceModel {
+                primitives: vec![dense],
+                ..SourceModel::default()
+            }],
+            objects: vec![object; 70_000],
+            ..SourceScene::default()
         };
-        let begun = Begun::default();
-        let host = Host {
-            progress: &begun,
-            ..Host::taking(&Nowhere)
-        };
-        let refused = bake(source, &BakeSettings::default(), &mut Defects::default(), &host).unwrap_err();
         let wanted = WorldError::TooManyCopies { count: 4_900_000_000 };
-        assert_eq!(refused.to_string(), wanted.to_string());
-        assert!(!begun.0.load(Ordering::Relaxed), "a stage was begun");
+        assert_eq!(refused_at_once(scene), wanted.to_string());
         let page = include_str!("../../../docs/PROCEDURAL.md");
         let told = WorldError::TooManyCopies { count: 4_320_000_000 };
         assert!(page.contains(&format!(

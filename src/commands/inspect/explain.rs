@@ -14,7 +14,10 @@ use belvedere_verify::line::{AIMED, SightLine, sight_line};
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{Opened, cell, object};
+use super::{
+    Opened, cell, object,
+    places::{Places, direction},
+};
 use crate::{
     commands::{
         output::{print, print_json},
@@ -98,7 +101,7 @@ pub(super) async fn explain(
     if json {
         print_json(&explained)
     } else {
-        print(&explained.text())
+        print(&explained.text(Places::within(&scene.pointer.bounds)))
     }
 }
 
@@ -191,7 +194,7 @@ async fn hidden(
 }
 
 impl Explained {
-    fn text(&self) -> String {
+    fn text(&self, places: Places) -> String {
         let mut lines = vec![match &self.listed {
             Some(visible) => {
                 let doors: Vec<_> = visible.doors.iter().map(ToString::to_string).collect();
@@ -215,19 +218,23 @@ impl Explained {
                 lines.push(format!(
                     "{}seen from {} ({}) at {}",
                     if self.listed.is_some() { "" } else { "missing: it is " },
-                    place(line.eye),
+                    places.point(line.eye),
                     line.place,
-                    place(line.point)
+                    places.point(line.point)
                 ));
                 let reasons = reasons.iter().flatten();
-                lines.extend(reasons.map(|reason| format!("yet it is proved hidden {}", reason.text())));
+                lines.extend(reasons.map(|reason| format!("yet it is proved hidden {}", reason.text(places))));
             }
             (None, Some(reasons)) => {
                 let all = match reasons.len() {
                     1 => "from all of the cell",
                     _ => "from one part of the cell or another",
                 };
-                lines.extend(reasons.iter().map(|reason| format!("hidden {all} {}", reason.text())));
+                lines.extend(
+                    reasons
+                        .iter()
+                        .map(|reason| format!("hidden {all} {}", reason.text(places))),
+                );
             }
             (None, None) => {
                 let why = match (&self.listed, self.guarantee) {
@@ -249,14 +256,14 @@ impl Explained {
 }
 
 impl Reason {
-    fn text(&self) -> String {
+    fn text(&self, places: Places) -> String {
         match &self.hiding {
             Hiding::Body { object, bounds } => {
                 let node = self.source_node.as_deref().unwrap_or_default();
-                format!("by a body inside {object} ({node}), {}", span(bounds))
+                format!("by a body inside {object} ({node}), {}", places.span(bounds))
             }
             Hiding::Walls { walls } => {
-                let walls: Vec<_> = walls.iter().map(plane).collect();
+                let walls: Vec<_> = walls.iter().map(|wall| plane(wall, places)).collect();
                 format!("by walls: {}", walls.join("; then "))
             }
             Hiding::Bodies => "by bodies of several nearer objects together".to_owned(),
@@ -264,22 +271,11 @@ impl Reason {
     }
 }
 
-fn plane(wall: &Plane) -> String {
+fn plane(wall: &Plane, places: Places) -> String {
     format!(
-        "the plane with normal {} at {:.3} m, {}",
-        place(wall.normal.map(f64::from)),
-        wall.offset_m,
-        span(&wall.bounds)
+        "the plane with normal {} at {} m, {}",
+        direction(wall.normal.map(f64::from)),
+        places.length(wall.offset_m),
+        places.span(&wall.bounds)
     )
-}
-
-fn span(bounds: &Bounds) -> String {
-    format!("from {} to {}", place(bounds.min), place(bounds.max))
-}
-
-/// Three numbers, to the millimetre.
-fn place(point: [f64; 3]) -> String {
-    // Adding 0 makes −0 to 0.
-    let rounded = point.map(|x| (1000.0 * x).round() / 1000.0 + 0.0);
-    format!("[{}]", rounded.map(|x| format!("{x:.3}")).join(", "))
 }

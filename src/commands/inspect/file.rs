@@ -18,7 +18,7 @@ use serde::Serialize;
 use super::super::{
     grow,
     growing::Growing,
-    output::{bytes, print, print_json},
+    output::{bytes, counted, print, print_json},
 };
 use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
 
@@ -77,14 +77,14 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
         return print_json(&report);
     }
     print(&format!(
-        "{name}: {} objects of {} models, {} triangles drawn, {} materials, {} textures ({}), {} viewpoints",
-        report.objects,
-        report.models,
-        report.triangles,
-        report.materials,
-        report.textures,
+        "{name}: {} of {}, {} drawn, {}, {} ({}), {}",
+        counted(report.objects, "object"),
+        counted(report.models, "model"),
+        counted(report.triangles, "triangle"),
+        counted(report.materials, "material"),
+        counted(report.textures, "texture"),
         bytes(report.image_bytes as u64),
-        report.viewpoints,
+        counted(report.viewpoints, "viewpoint"),
     ))?;
     if let Some(growth) = &report.growth {
         print(&growth.sentences(&name))?;

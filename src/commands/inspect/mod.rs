@@ -2,6 +2,7 @@
 
 mod explain;
 mod file;
+mod places;
 mod which;
 
 use std::{path::Path, sync::Arc};
@@ -16,7 +17,7 @@ use belvedere_scene::{
 };
 use serde::Serialize;
 
-use self::which::Which;
+use self::{places::Places, which::Which};
 use super::output::{bytes, no_such_cell, percent, print, print_json, table};
 use crate::{
     place::PlaceArgs,
@@ -199,15 +200,16 @@ async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<
     }
     let steps = scene.reader.steps(id).await?;
     let line = line(&entry, &record, steps.as_deref(), scene.pointer.objects);
+    let places = Places::within(&scene.pointer.bounds);
     print(&format!(
-        "{id}: {} m from {:?}, {} of {} objects visible ({} culled), {} cells, miss bound {:.1e}; record {}, its set {}",
+        "{id}: {} m from {}, {} of {} objects visible ({} culled), {} cells, miss bound {}; record {}, its set {}",
         line.size_m.map(|s| format!("{s:.1}")).join(" × "),
-        entry.bounds.min,
+        places.point(entry.bounds.min),
         line.visible_objects,
         scene.pointer.objects,
         percent(line.culled),
         line.visible_cells,
-        record.miss_bound,
+        share(record.miss_bound),
         bytes(line.record_bytes),
         bytes(line.record_set_bytes),
     ))?;
@@ -255,14 +257,19 @@ async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<
         .map(|p| {
             vec![
                 p.to.to_string(),
-                format!(
-                    "{:?}",
-                    belvedere_scene::Bounds::around(p.polygon.iter().copied()).center()
-                ),
+                places.point(belvedere_scene::Bounds::around(p.polygon.iter().copied()).center()),
             ]
         })
         .collect();
     print(&format!("\n{}", table(&["portal to", "middle m"], &portals)))
+}
+
+/// A share that is mostly none.
+fn share(share: f64) -> String {
+    if share == 0.0 {
+        return "0".to_owned();
+    }
+    format!("{share:.1e}")
 }
 
 async fn cell(scene: &Opened, id: CellId) -> anyhow::Result<(CellEntry, Arc<CellRecord>)> {

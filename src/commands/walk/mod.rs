@@ -261,7 +261,8 @@ fn short_of_memory(outcome: &Outcome, limit_bytes: u64) -> Option<String> {
     let memory = &outcome.memory;
     let cell = memory.needed_in.filter(|_| memory.short_cells > 0)?;
     Some(format!(
-        "--memory {limit_bytes} ({}) is less than {cell} and its neighbours take; give at least {} ({})",
+        "--memory {limit_bytes} ({}) is less than the coarsest levels of {cell} and its neighbours take, where no rules stand in for \
+         them; give at least {} ({})",
         bytes(limit_bytes),
         memory.needed_bytes,
         bytes(memory.needed_bytes)
@@ -451,4 +452,26 @@ fn summary(Report { outcome, live, .. }: &Report) -> String {
 /// A share with all the digits that were given.
 fn exact(share: f64) -> String {
     format!("{} %", (1e8 * share).round() / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use belvedere_scene::CellId;
+
+    use super::*;
+
+    #[test]
+    fn who_is_short_of_memory_hears_what_levels_take_without_rules() {
+        let mut outcome = Outcome::of(&[]);
+        assert_eq!(short_of_memory(&outcome, 1000), None);
+        outcome.memory.needed_bytes = 2500;
+        outcome.memory.needed_in = Some(CellId(3));
+        outcome.memory.short_cells = 1;
+        let said = short_of_memory(&outcome, 1000).expect("it is short");
+        assert_eq!(
+            said,
+            "--memory 1000 (1.0 kB) is less than the coarsest levels of c3 and its neighbours take, where no rules stand in for them; \
+             give at least 2500 (2.5 kB)"
+        );
+    }
 }

@@ -306,6 +306,17 @@ export const THEN = "`then` stands in values; the statement of an `if` follows i
 export const LET_IN_CHOOSE =
   "`choose` does one of its statements, and a `let` alone does nothing; put it before the `choose`, or in braces with " +
   "the statement that it is for";
+/** Of a value of which a `let` is all that stands behind an `if`, a loop or a transform. */
+export function loneLet(name: string): string {
+  const why = "behind `if`, a loop or a transform, a `let` alone does nothing";
+  return `\`${name}\` is not a value here: ${why}; put braces around it and what uses it`;
+}
+
+/** Of the name of a function where a value is wanted. */
+export function functionAsValue(name: string, formals: readonly string[]): string {
+  return `\`${name}\` is a function: write \`${name}(${formals.join(", ")})\``;
+}
+
 export const THEN_WITHOUT_LEVELS = "`then` says what a rule draws when its `levels` are used up; give it `levels`";
 export const EQUALS = "`=` gives a value a name; compare with `==`";
 export const COMPARED = "a comparison cannot follow another; join them with `and`, as in `a < b and b < c`";

@@ -102,15 +102,24 @@ pub enum AuthorError {
     },
 }
 
+/// The author's cells, each sound by itself and none in another.
+#[derive(Debug)]
+pub(crate) struct SoundCells {
+    checked: Vec<Checked>,
+    hulls: Vec<CellHull>,
+}
+
 /// A cell that was checked by itself.
-struct Checked<'a> {
-    node: &'a str,
+#[derive(Debug)]
+struct Checked {
+    node: String,
     tolerance_m: f64,
     bounds: Bounds,
     faces: Vec<FacePlane>,
 }
 
 /// The plane of a face: triangles on it, and then its place among all planes.
+#[derive(Debug)]
 struct FacePlane {
     half: HalfSpace,
     triangles: Vec<[DVec3; 3]>,
@@ -121,24 +130,46 @@ struct FacePlane {
 /// # Errors
 /// When a cell is not closed, not convex, without volume, overlaps another or has too many openings.
 pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Result<CellGraph, AuthorError> {
-    let mut checked = authored.cells.iter().map(Checked::of).collect::<Result<Vec<_>, _>>()?;
-    let middle_of = |cell: &Checked| DVec3::from(cell.bounds.center());
-    let around = Bounds::around(checked.iter().map(|cell| middle_of(cell).to_array()));
-    checked.sort_by_cached_key(|cell| crate::pipeline::z_order(middle_of(cell), &around));
-    share_planes(&mut checked);
-    let hulls = checked.iter().map(Checked::hull).collect::<Result<Vec<_>, _>>()?;
-    for (i, a) in checked.iter().enumerate() {
-        for (j, b) in checked.iter().enumerate().skip(i + 1) {
-            let by_m = overlap_m(&hulls[i], &hulls[j]);
-            if by_m > a.tolerance_m.max(b.tolerance_m) {
-                return Err(AuthorError::Overlap {
-                    node: a.node.into(),
-                    other: b.node.into(),
-                    by_m,
-                });
+    joined(&SoundCells::of(authored)?, (world, authored), defects)
+}
+
+impl SoundCells {
+    /// Checks what takes nothing but the cells themselves.
+    ///
+    /// # Errors
+    /// When a cell is not closed, not convex, without volume, or overlaps another.
+    pub(crate) fn of(authored: &Authored) -> Result<Self, AuthorError> {
+        let mut checked = authored.cells.iter().map(Checked::of).collect::<Result<Vec<_>, _>>()?;
+        let middle_of = |cell: &Checked| DVec3::from(cell.bounds.center());
+        let around = Bounds::around(checked.iter().map(|cell| middle_of(cell).to_array()));
+        checked.sort_by_cached_key(|cell| crate::pipeline::z_order(middle_of(cell), &around));
+        share_planes(&mut checked);
+        let hulls = checked.iter().map(Checked::hull).collect::<Result<Vec<_>, _>>()?;
+        for (i, a) in checked.iter().enumerate() {
+            for (j, b) in checked.iter().enumerate().skip(i + 1) {
+                let by_m = overlap_m(&hulls[i], &hulls[j]);
+                if by_m > a.tolerance_m.max(b.tolerance_m) {
+                    return Err(AuthorError::Overlap {
+                        node: a.node.clone(),
+                        other: b.node.clone(),
+                        by_m,
+                    });
+                }
             }
         }
+        Ok(Self { checked, hulls })
     }
+}
+
+/// The same of cells that are checked.
+///
+/// # Errors
+/// When a cell has too many openings.
+pub(crate) fn joined(
+    SoundCells { checked, hulls }: &SoundCells,
+    (world, authored): (&World, &Authored),
+    defects: &mut Defects,
+) -> Result<CellGraph, AuthorError> {
     let mut graph = CellGraph {
         cells: hulls.iter().map(cell_of).collect(),
         voxel_m: TOLERANCE_M,
@@ -156,7 +187,7 @@ pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Resul
         }
     }
     graph.settle();
-    check_openings(&graph, &checked)?;
+    check_openings(&graph, checked)?;
     graph.name_doors(world);
     let unused: Vec<_> = authored.portals.iter().zip(&used).filter(|(_, used)| !**used).collect();
     defects.note(
@@ -167,14 +198,14 @@ pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Resul
     let alone: Vec<_> = graph
         .cells
         .iter()
-        .zip(&checked)
+        .zip(checked)
         .filter(|(cell, _)| cell.adjacent.is_empty())
         .collect();
     if hulls.len() > 1 {
         defects.note(
             "isolated cell: an author's cell that touches no other",
             alone.len() as u64,
-            || alone[0].1.node.to_owned(),
+            || alone[0].1.node.clone(),
         );
     }
     Ok(graph)
@@ -197,8 +228,8 @@ fn check_openings(graph: &CellGraph, checked: &[Checked]) -> Result<(), AuthorEr
             }
             let most = openings_into.iter().zip(checked).max_by_key(|(openings, _)| **openings);
             return Err(AuthorError::TooManyOpenings {
-                node: node.node.into(),
-                other: most.map_or_else(String::new, |(_, other)| other.node.into()),
+                node: node.node.clone(),
+                other: most.map_or_else(String::new, |(_, other)| other.node.clone()),
                 openings: cell.portals.len(),
             });
         }
@@ -279,9 +310,9 @@ fn cell_of(hull: &CellHull) -> ViewCell {
     }
 }
 
-impl<'a> Checked<'a> {
+impl Checked {
     /// The planes of a mesh; every corner of it lies behind each.
-    fn of(shape: &'a AuthoredShape) -> Result<Self, AuthorError> {
+    fn of(shape: &AuthoredShape) -> Result<Self, AuthorError> {
         let node = &shape.node[..];
         let bounds = Bounds::around(shape.triangles.iter().flatten().map(DVec3::to_array));
         let tolerance_m = TOLERANCE_M.min(TOLERANCE_M * bounds.diagonal_m());
@@ -326,7 +357,7 @@ impl<'a> Checked<'a> {
             return Err(AuthorError::NoVolume { node: node.into() });
         }
         Ok(Self {
-            node,
+            node: node.into(),
             tolerance_m,
             bounds,
             faces,
@@ -343,9 +374,11 @@ impl<'a> Checked<'a> {
         let planes: Vec<_> = self.faces.iter().map(|face| face.half).collect();
         let drawn_m2 = |face: &FacePlane| face.triangles.iter().map(|t| area_m2(t)).sum::<f64>();
         let hull = CellHull::of(&planes, &within).map_err(|why| match why {
-            Unbounded::Nothing => AuthorError::NoVolume { node: self.node.into() },
+            Unbounded::Nothing => AuthorError::NoVolume {
+                node: self.node.clone(),
+            },
             Unbounded::Open => AuthorError::NotClosed {
-                node: self.node.into(),
+                node: self.node.clone(),
                 missing_m2: (box_area_m2(&self.bounds) - self.faces.iter().map(drawn_m2).sum::<f64>()).max(0.0),
             },
         })?;
@@ -364,7 +397,7 @@ impl<'a> Checked<'a> {
         }
         if missing_m2 > self.tolerance_m * self.bounds.diagonal_m() {
             return Err(AuthorError::NotClosed {
-                node: self.node.into(),
+                node: self.node.clone(),
                 missing_m2,
             });
         }

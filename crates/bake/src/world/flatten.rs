@@ -83,7 +83,7 @@ pub(super) fn has_lines_or_points(model: &SourceModel) -> bool {
 }
 
 /// Indices of a primitive name vertices; vertices that no shape uses do not count.
-fn used_points(primitive: &Primitive) -> impl Iterator<Item = [f32; 3]> {
+pub(super) fn used_points(primitive: &Primitive) -> impl Iterator<Item = [f32; 3]> {
     primitive.indices.iter().map(|i| primitive.positions[*i as usize])
 }
 

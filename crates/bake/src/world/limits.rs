@@ -4,7 +4,8 @@ use belvedere_scene::Bounds;
 use glam::DVec3;
 
 use super::copies::Once;
-use crate::source::SourceScene;
+use super::flatten::used_points;
+use crate::source::{SourceModel, SourceScene};
 
 /// The largest number of triangles in memory: at about 200 bytes each, what a large machine holds.
 pub const MAX_TRIANGLES: usize = 64 << 20;
@@ -52,6 +53,19 @@ pub enum WorldError {
         /// How far it reaches.
         reach_m: f64,
     },
+    /// Places would be rounded away.
+    #[error(
+        "object {object} (`{node}`) reaches {reach_m:e} m from the origin, where numbers of single precision are 64 m apart; at \
+         most {MAX_REACH_M:e} m are possible: move the scene to its origin"
+    )]
+    TooFar {
+        /// Index of the object.
+        object: usize,
+        /// The name of its node.
+        node: String,
+        /// The largest of its coordinates.
+        reach_m: f64,
+    },
 }
 
 /// Whether a scene is small enough when these models are held once.
@@ -71,6 +85,35 @@ pub(crate) fn check_placed(scene: &SourceScene) -> Result<(), WorldError> {
     let count = scene.placed_triangles();
     if count > MAX_PLACED_TRIANGLES {
         return Err(WorldError::TooManyCopies { count });
+    }
+    Ok(())
+}
+
+/// Whether all objects lie where numbers of single precision tell their places apart: no corner of the box around an object's model has a
+/// larger coordinate than may be.
+pub(crate) fn check_place(scene: &SourceScene) -> Result<(), WorldError> {
+    let points =
+        |model: &SourceModel| Bounds::around(model.primitives.iter().flat_map(used_points).map(|p| p.map(f64::from)));
+    let bounds: Vec<Bounds> = scene.models.iter().map(points).collect();
+    for (object, placed) in scene.objects.iter().enumerate() {
+        let around = &bounds[placed.model];
+        if around.is_empty() {
+            continue;
+        }
+        let corners = around
+            .corners()
+            .map(|corner| placed.world_from_object.transform_point3(DVec3::from(corner)));
+        let reach_m = corners
+            .into_iter()
+            .map(|corner| corner.abs().max_element())
+            .fold(0.0, f64::max);
+        if reach_m > MAX_REACH_M {
+            return Err(WorldError::TooFar {
+                object,
+                node: placed.source_node.clone(),
+                reach_m,
+            });
+        }
     }
     Ok(())
 }

@@ -93,6 +93,20 @@ pub enum Problem {
          the statement that it is for"
     )]
     LetInChoose,
+    /// A value of which a `let` is all that stands behind an `if`, a loop or a transform.
+    #[error(
+        "`{0}` is not a value here: behind `if`, a loop or a transform, a `let` alone does nothing; put braces around it and \
+         what uses it"
+    )]
+    LoneLet(String),
+    /// The name of a function where a value is wanted.
+    #[error("`{name}` is a function: write `{name}({formals})`")]
+    FunctionAsValue {
+        /// The function.
+        name: String,
+        /// What it takes.
+        formals: String,
+    },
     /// What changes a statement at the end of the file or of braces.
     #[error(
         "`{0}` is for the statement behind it, and there is none; write one, such as `box(1, 2, 1)`, or braces with several"

@@ -33,6 +33,8 @@ export class Cursor {
   private scope = new Reach();
   /** Most values that were in reach at once. */
   protected slots = 0;
+  /** Values of which a `let` is all that stands behind what it is for, and where the first of each is. */
+  protected readonly lone = new Map<string, At>();
   /** Calls, loops and random numbers so far in this rule. */
   private sites = 0;
 
@@ -192,6 +194,12 @@ export class Cursor {
   /** How many values are in reach. */
   protected get reach(): number {
     return this.scope.length;
+  }
+
+  /** Notes that the value that came into reach last is one of those. */
+  protected standsAlone(at: At): void {
+    const { last } = this.scope;
+    if (last !== undefined && !this.lone.has(last)) this.lone.set(last, at);
   }
 
   /** Leaves only the first ones in reach. */

@@ -3,7 +3,9 @@ import {
   argumentTwice,
   DcgError,
   Fault,
+  functionAsValue,
   LEVELS_OF_PART,
+  loneLet,
   NO_FILE,
   reserved,
   THEN_WITHOUT_LEVELS,
@@ -12,7 +14,16 @@ import {
 } from "../error.ts";
 import { words } from "../lexer.ts";
 import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
-import { type Formal, type Module, PROPERTIES, type Property, rowOf, type Written } from "../syntax.ts";
+import {
+  BUILT_INS,
+  type Formal,
+  isBuiltIn,
+  type Module,
+  PROPERTIES,
+  type Property,
+  rowOf,
+  type Written,
+} from "../syntax.ts";
 import { DECLARATIONS, type Given, isBlank, type NamedAt, tidied } from "./cursor.ts";
 import { isReserved, StatementParser } from "./statements.ts";
 import * as usage from "./usage.ts";
@@ -196,15 +207,27 @@ class Parser extends StatementParser {
 
   /** Finds the globals that were used, now that all of them are known. */
   private resolveUses(): void {
-    const { parameters, globals, uses } = this.module;
+    const { parameters, globals, functions, uses } = this.module;
     const names = [...parameters.map(({ formal }) => formal.name), ...globals.map(({ name }) => name)];
     const slots = new Map(names.map((name, slot) => [name, slot]));
     for (const use of uses) {
       const slot = slots.get(use.name);
-      if (slot === undefined) throw new Fault(use.at, unknown("value", use.name, names));
+      if (slot === undefined) {
+        const { name, at } = use;
+        const lone = this.lone.get(name);
+        if (lone !== undefined && lone < at) throw new Fault(at, loneLet(name));
+        const formals = formalsOf(name, functions);
+        throw new Fault(at, formals ? functionAsValue(name, formals) : unknown("value", name, names));
+      }
       use.slot = slot;
     }
   }
+}
+
+/** What a function of the language or of these takes, where one is called so. */
+function formalsOf(name: string, functions: Module["functions"]): readonly string[] | undefined {
+  if (isBuiltIn(name)) return BUILT_INS[name];
+  return functions.find((known) => known.name === name)?.formals.map((formal) => formal.name);
 }
 
 /** Longest range of a parameter that is shown, letters. */

@@ -22,6 +22,11 @@ export class Reach {
     for (const name of this.names.splice(length)) this.slots.get(name)?.pop();
   }
 
+  /** The name of the value that came into reach last. */
+  get last(): string | undefined {
+    return this.names.at(-1);
+  }
+
   /** The slot of the nearest value of that name. */
   slotOf(name: string): number | undefined {
     return this.slots.get(name)?.at(-1);

@@ -30,7 +30,19 @@ import {
 } from "../syntax.ts";
 import { DECLARATIONS, type Given, isBlank, tidied } from "./cursor.ts";
 import { ExpressionParser, unnamed } from "./expressions.ts";
-import { BODY, CHOICES, EDGES, FOR, HEIGHTS, LATER, MATERIAL, SCATTER, SECOND_NAME, STATEMENT } from "./usage.ts";
+import {
+  ASKS_FOR_PICTURES,
+  BODY,
+  CHOICES,
+  EDGES,
+  FOR,
+  HEIGHTS,
+  LATER,
+  MATERIAL,
+  SCATTER,
+  SECOND_NAME,
+  STATEMENT,
+} from "./usage.ts";
 
 /** Words with which a statement begins. */
 const STATEMENTS =
@@ -73,6 +85,7 @@ export class StatementParser extends ExpressionParser {
         continue;
       }
       let statement = this.whole();
+      if (statement.kind === "let" && around.length > 0) this.standsAlone(statement.at);
       let outer = around.pop();
       for (; outer; outer = around.pop()) {
         const { reach, joined, otherwise } = outer;
@@ -159,6 +172,7 @@ export class StatementParser extends ExpressionParser {
       case "viewpoint":
         return { kind: "viewpoint", at, name: this.text("the viewpoint's name in quotes") };
       case "impostor": {
+        if (!this.isSymbol("(")) throw this.expected(ASKS_FOR_PICTURES);
         const numbers = this.givenTo("impostor", IMPOSTOR, at);
         return { kind: "impostor", at, numbers: rowOf("numbers", numbers) };
       }
@@ -225,6 +239,9 @@ export class StatementParser extends ExpressionParser {
 
   /** Arguments in brackets, each at the place of its formal; what is not given is what it is then. */
   private givenTo(callee: string, formals: Formals, at: At): Written[] {
+    const needed = formals.filter(([, initial]) => initial === undefined).map(([name]) => name);
+    const usage = `\`${callee}(${needed.join(", ")})\``;
+    if (!this.isSymbol("(")) throw this.expected(`\`(\`, as in ${usage}`);
     const found: (Written | undefined)[] = formals.map(() => undefined);
     this.args().forEach((argument, place) => {
       const { name } = argument;
@@ -239,10 +256,7 @@ export class StatementParser extends ExpressionParser {
       found[index] = argument;
     });
     const missing = formals.find(([, initial], i) => initial === undefined && !found[i]);
-    if (missing) {
-      const needed = formals.filter(([, initial]) => initial === undefined).map(([name]) => name);
-      throw new Fault(at, missingNumber(callee, missing[0], `\`${callee}(${needed.join(", ")})\``));
-    }
+    if (missing) throw new Fault(at, missingNumber(callee, missing[0], usage));
     return found.map((given, i) => given ?? { at, of: { kind: "number", value: formals[i]?.[1] ?? 0 } });
   }
 
@@ -262,13 +276,6 @@ export class StatementParser extends ExpressionParser {
     const second = this.name("a name for z");
     this.give(given, second);
     return [first.name, second.name];
-  }
-
-  /** `WIDTH by DEPTH` */
-  private extent(usage = SCATTER): [Written, Written] {
-    const width = this.written();
-    this.expectWord("by", usage);
-    return [width, this.written()];
   }
 
   /** Whether what was read goes on as a range, and not with a call of what is called `to`. */
@@ -293,7 +300,9 @@ export class StatementParser extends ExpressionParser {
     this.expectWord("as", SCATTER);
     const [x, z] = this.twoNames();
     this.expectWord("in", SCATTER);
-    const over = rowOf("numbers", [count, ...this.extent()]);
+    const width = this.written();
+    this.expectWord("by", SCATTER);
+    const over = rowOf("numbers", [count, width, this.written()]);
     const slots: [number, number] = [this.bind(x), this.bind(z)];
     return (body) => ({ kind: "scatter", at, site, slots, over, body });
   }
@@ -310,6 +319,13 @@ export class StatementParser extends ExpressionParser {
     return (body) => ({ kind: "edges", at, site, slots, polygon, body });
   }
 
+  /** `WIDTH by DEPTH` or `ALONG by ACROSS`, where `=` may stand behind. */
+  private twoBeforeSign(): [Written, Written] {
+    const first = this.writtenBeforeSign();
+    this.expectWord("by", HEIGHTS);
+    return [first, this.writtenBeforeSign()];
+  }
+
   private writtenBeforeSign(): Written {
     const { at } = this.next;
     return { at, of: this.valueBeforeSign() };
@@ -318,11 +334,9 @@ export class StatementParser extends ExpressionParser {
   private heights(at: At): Statement {
     const [x, z] = this.twoNames();
     this.expectWord("in", HEIGHTS);
-    const extent = this.extent(HEIGHTS);
+    const extent = this.twoBeforeSign();
     this.expectWord("steps", HEIGHTS);
-    const along = this.writtenBeforeSign();
-    this.expectWord("by", HEIGHTS);
-    const over = rowOf("numbers", [...extent, along, this.writtenBeforeSign()]);
+    const over = rowOf("numbers", [...extent, ...this.twoBeforeSign()]);
     this.expect("=");
     return this.enclosed(() => {
       const slots: [number, number] = [this.bind(x), this.bind(z)];

@@ -8,6 +8,7 @@ export const CHOICES = "what to choose from in braces, as in `choose 1 { box(1, 
 export const PROPERTIES = "the properties in braces, as in `material red { colour = #f00 }`";
 /** What stands in brackets. */
 export const FORMALS = "the parameters in brackets, as in `(length, sides = 6)` or `()`";
+export const ASKS_FOR_PICTURES = "`(`, as in `part bush() { impostor() box(1, 1, 1) }`";
 /** What ends a value in brackets. */
 export const BRACKETS = "`)` behind the one value in the brackets; lists and points are written `[1, 2, 3]`";
 /** What stands behind a name. */

@@ -8,7 +8,7 @@ use glam::{DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 
 use super::absorb::absorb;
-use super::{Beside, Budget, Ground, growth_limits, planted};
+use super::{Beside, Budget, Ground, OUTSIDE, growth_limits, planted};
 use crate::defect::Defects;
 use crate::import::document::whole;
 use crate::import::error::{Flaw, Read, Trouble, flaw};
@@ -152,13 +152,13 @@ impl Nursery {
 fn grow_wanted(wanted: &Json, (ground, budget): (Ground, &Budget)) -> Read<(SourceScene, Defects)> {
     let named = wanted["procedural"].as_str();
     let Some(path) = named.and_then(relative_path) else {
-        return flaw(
-            "`procedural` that names no file beside the source: not grown",
-            format!(
-                "`procedural` is {}; write the path of a file, as in \"tree.dcg\"",
-                shown(&wanted["procedural"])
-            ),
-        );
+        let names_any = named.is_some_and(|path| path.split('/').any(|part| !matches!(part, "" | ".")));
+        let shown = shown(&wanted["procedural"]);
+        let told = match names_any {
+            true => format!("`procedural` is {shown}: {OUTSIDE}"),
+            false => format!("`procedural` is {shown}; write the path of a file, as in \"tree.dcg\""),
+        };
+        return flaw("`procedural` that names no file beside the source: not grown", told);
     };
     let told = |what: String| format!("{path}: {what}");
     let limits = growth_limits(ground.limits);

@@ -62,9 +62,10 @@ pub(super) fn scene_of(
         added: Vec::new(),
     };
     let mut models: Vec<Option<SourceModel>> = Vec::with_capacity(grown.parts.len());
-    for part in &grown.parts {
+    for (index, part) in grown.parts.iter().enumerate() {
         let mut made = model(part, &material_of, rules);
         if let Some(model) = &mut made {
+            model.tie = tie(part, index == 0);
             model.poses = poses(part, &mut alone, &mut scene, defects)?;
             if with_levels {
                 model.coarser = coarser(part, &mut alone, &mut scene, defects)?;
@@ -256,17 +257,18 @@ fn model(part: &Part, material_of: &BTreeMap<usize, usize>, (texts, seed): &Rule
         primitives,
         impostor: part.impostor,
         recipe: part.recipe.as_ref().map(recipe),
-        tie: tie(part),
         ..SourceModel::default()
     })
 }
 
-/// What keeps a part from being made alone; `None` too where only its text would be too long.
-fn tie(part: &Part) -> Option<Tie> {
+/// What keeps a part from being made alone, which may be the whole of what has grown.
+fn tie(part: &Part, is_whole: bool) -> Option<Tie> {
     let holds_others = !part.placements.is_empty() || !part.models.is_empty();
     match part.recipe {
         Some(_) => None,
-        None if part.is_called || holds_others => Some(Tie::Others),
+        None if part.is_called => Some(Tie::Called),
+        None if holds_others && is_whole => Some(Tie::Outside),
+        None if holds_others => Some(Tie::Others),
         None => part.takes_paint.then_some(Tie::Paint),
     }
 }

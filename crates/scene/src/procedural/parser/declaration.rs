@@ -294,11 +294,30 @@ impl<'t> Parser<'t> {
         for used in &mut module.uses {
             match slots.get(used.name.as_str()) {
                 Some(slot) => used.slot = *slot,
-                None => return Err((used.at, unknown("value", &used.name, names))),
+                None => {
+                    let name = used.name.clone();
+                    let is_lone = self.lone.get(name.as_str()).is_some_and(|at| *at < used.at);
+                    let problem = match formals_of(&name, &module.functions) {
+                        _ if is_lone => Problem::LoneLet(name),
+                        Some(formals) => Problem::FunctionAsValue { name, formals },
+                        None => unknown("value", &name, names),
+                    };
+                    return Err((used.at, problem));
+                }
             }
         }
         Ok(())
     }
+}
+
+/// What a function of the language or of these takes, where one is called so.
+fn formals_of(name: &str, functions: &[Function]) -> Option<String> {
+    if let Some((.., formals)) = BuiltIn::ALL.iter().find(|(known, ..)| *known == name) {
+        return Some(formals.join(", "));
+    }
+    let function = functions.iter().find(|function| function.name == name)?;
+    let formals: Vec<&str> = function.formals.iter().map(|formal| formal.name.as_str()).collect();
+    Some(formals.join(", "))
 }
 
 /// The same file, however its path is written: with `./` before it, or through folders that it leaves again. One that leaves

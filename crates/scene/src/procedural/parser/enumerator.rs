@@ -52,13 +52,6 @@ impl<'t> Parser<'t> {
         Ok([first.0, second.0])
     }
 
-    /// `WIDTH by DEPTH`
-    fn extent(&mut self, usage: &str) -> Parsed<[Written; 2]> {
-        let width = self.written()?;
-        self.expect_word("by", usage)?;
-        Ok([width, self.written()?])
-    }
-
     fn bind_all(&mut self, names: &[&'t str]) -> Vec<u32> {
         names.iter().map(|name| self.bind(name)).collect()
     }
@@ -87,7 +80,9 @@ impl<'t> Parser<'t> {
         self.expect_word("as", usage::SCATTER)?;
         let names = self.two_names()?;
         self.expect_word("in", usage::SCATTER)?;
-        let over = self.extent(usage::SCATTER)?;
+        let width = self.written()?;
+        self.expect_word("by", usage::SCATTER)?;
+        let over = [width, self.written()?];
         let slots = names.map(|name| self.bind(name));
         Ok(Many::Scatter {
             at,
@@ -161,6 +156,13 @@ impl<'t> Parser<'t> {
         }
     }
 
+    /// `WIDTH by DEPTH` or `ALONG by ACROSS`, where `=` may stand behind.
+    fn two_before_sign(&mut self) -> Parsed<[Written; 2]> {
+        let first = self.written_before_sign()?;
+        self.expect_word("by", usage::HEIGHTS)?;
+        Ok([first, self.written_before_sign()?])
+    }
+
     fn written_before_sign(&mut self) -> Parsed<Written> {
         let at = self.peek().at;
         let of = self.value_before_sign()?;
@@ -170,11 +172,9 @@ impl<'t> Parser<'t> {
     pub(super) fn heights(&mut self, at: At) -> Parsed<Statement> {
         let names = self.two_names()?;
         self.expect_word("in", usage::HEIGHTS)?;
-        let over = self.extent(usage::HEIGHTS)?;
+        let over = self.two_before_sign()?;
         self.expect_word("steps", usage::HEIGHTS)?;
-        let along = self.written_before_sign()?;
-        self.expect_word("by", usage::HEIGHTS)?;
-        let steps = [along, self.written_before_sign()?];
+        let steps = self.two_before_sign()?;
         self.expect_for("=", usage::VALUE)?;
         let reach = self.scope.len();
         let slots = names.map(|name| self.bind(name));

@@ -68,6 +68,8 @@ struct Parser<'t> {
     declared: Declared<'t>,
     /// Those by which files were imported.
     aliases: HashSet<&'t str>,
+    /// Values of which a `let` is all that stands behind what it is for, and where the first of each is.
+    lone: HashMap<&'t str, At>,
 }
 
 impl<'t> Parser<'t> {
@@ -86,6 +88,7 @@ impl<'t> Parser<'t> {
             open: Vec::new(),
             declared: Declared::default(),
             aliases: HashSet::new(),
+            lone: HashMap::new(),
         }
     }
 

@@ -33,6 +33,11 @@ impl<'t> Reach<'t> {
         }
     }
 
+    /// The name of the value that came into reach last.
+    pub(super) fn last(&self) -> Option<&'t str> {
+        self.names.last().copied()
+    }
+
     /// The slot of the nearest value of that name.
     pub(super) fn slot_of(&self, name: &str) -> Option<u32> {
         self.slots.get(name)?.last().copied()

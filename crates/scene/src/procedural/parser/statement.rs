@@ -78,6 +78,11 @@ impl<'t> Parser<'t> {
                     continue;
                 }
             };
+            if let (Some(at), Some(name)) = (statement.let_at(), self.scope.last())
+                && !around.is_empty()
+            {
+                self.lone.entry(name).or_insert(at);
+            }
             loop {
                 let Some((outer, reach)) = around.pop() else {
                     return Ok(statement);
@@ -215,6 +220,7 @@ impl<'t> Parser<'t> {
                 at: token.at,
                 name: self.text("the viewpoint's name in quotes")?.to_owned(),
             }),
+            "impostor" if !self.is_symbol("(") => self.expected(usage::ASKS_FOR_PICTURES),
             "impostor" => Ok(Statement::Impostor {
                 at: token.at,
                 arguments: self.given("impostor", IMPOSTOR, token.at)?,
@@ -303,6 +309,12 @@ impl<'t> Parser<'t> {
 
     /// Arguments in brackets, each at the place of its formal.
     fn given(&mut self, callee: &'static str, formals: Formals, at: At) -> Parsed<Vec<Option<Written>>> {
+        let needed = formals.iter().filter(|(_, default)| default.is_none());
+        let needed: Vec<&str> = needed.map(|(name, _)| *name).collect();
+        let usage = format!("`{callee}({})`", needed.join(", "));
+        if !self.is_symbol("(") {
+            return self.expected(format!("`(`, as in {usage}"));
+        }
         let mut found: Vec<Option<Written>> = vec![None; formals.len()];
         for (place, argument) in self.arguments()?.into_iter().enumerate() {
             let index = match &argument.name {
@@ -332,12 +344,6 @@ impl<'t> Parser<'t> {
             .zip(&found)
             .find(|((_, default), given)| default.is_none() && given.is_none());
         if let Some(((name, _), _)) = missing {
-            let needed: Vec<&str> = formals
-                .iter()
-                .filter(|(_, default)| default.is_none())
-                .map(|(name, _)| *name)
-                .collect();
-            let usage = format!("`{callee}({})`", needed.join(", "));
             let (callee, name) = (callee.to_owned(), (*name).to_owned());
             return Err((at, Problem::MissingNumber { callee, name, usage }));
         }

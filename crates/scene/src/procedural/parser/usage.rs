@@ -8,6 +8,7 @@ pub(super) const CHOICES: &str = "what to choose from in braces, as in `choose 1
 pub(super) const PROPERTIES: &str = "the properties in braces, as in `material red { colour = #f00 }`";
 /// What stands in brackets.
 pub(super) const FORMALS: &str = "the parameters in brackets, as in `(length, sides = 6)` or `()`";
+pub(super) const ASKS_FOR_PICTURES: &str = "`(`, as in `part bush() { impostor() box(1, 1, 1) }`";
 /// What ends a value in brackets.
 pub(super) const BRACKETS: &str = "`)` behind the one value in the brackets; lists and points are written `[1, 2, 3]`";
 /// What stands behind a name.

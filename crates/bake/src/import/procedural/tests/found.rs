@@ -145,6 +145,11 @@ fn no_mistake_of_rules_at_a_node_ends_the_import() {
             "`procedural` that names no file beside the source: not grown",
             "`procedural` is 7; write the path of a file, as in \"tree.dcg\"",
         ),
+        (
+            json!({"procedural": "../harbour/boat.dcg"}),
+            "`procedural` that names no file beside the source: not grown",
+            "`procedural` is \"../harbour/boat.dcg\": it lies outside of the source's folder: put it beside the source",
+        ),
     ] {
         let mut gltf = Gltf::triangle();
         for name in ["oak", "elm"] {
@@ -185,7 +190,20 @@ fn what_keeps_a_model_from_being_grown_alone_is_counted() {
     let growable = Growable::of(&scene);
     assert_eq!(
         growable.sentence().unwrap(),
-        "2 of 6 models can be grown by clients; 1 take what their caller paints them with; 2 are `called` something or hold other parts"
+        "2 of 6 models can be grown by clients; 1 takes what its caller paints it with: let the part paint itself, with a parameter for \
+         what differs; 1 is what `called` names: draw it in a `part`, and call that behind `called`; 1 holds other parts or glTF \
+         files: let a rule place parts side by side; 1 comes from a glTF file"
+    );
+    let text = "part own() { box(1, 1, 1) } box(1, 2, 1) move(4, 0, 0) own()";
+    assert_eq!(
+        Growable::of(&rules(text, &[]).unwrap().scene).sentence().unwrap(),
+        "1 of 2 models can be grown by clients; 1 is drawn outside of parts: put it into a `part`"
+    );
+    assert_eq!(
+        Growable::of(&rules("box(1, 1, 1)", &[]).unwrap().scene)
+            .sentence()
+            .unwrap(),
+        "1 of 1 model can be grown by clients"
     );
     let text = "part pane(x) { box(x, 1, 1) } paint red for i in 3 move(2 * i, 0, 0) pane(i + 1) material red {}";
     assert_eq!(
