@@ -5,8 +5,8 @@ import { type Casting, ShadowMap } from "./shadowmap.ts";
 import { ShadowTurns } from "./shadowturns.ts";
 import type { ShadowUse } from "./shadowuse.ts";
 
-/** How much of the sun a shadow takes: light comes from walls and ground, too. */
-const DARKNESS = 0.85;
+/** How much of the sun a shadow takes: light comes from walls and ground, too, so that rooms are not dark. */
+const DARKNESS = 0.6;
 /** Of the time between frames shadows take this share, and so long at most, once something has begun. */
 const [SHARE, MOST_MS] = [0.1, 30];
 
