@@ -14,7 +14,11 @@ const [base, name] = process.argv.slice(2);
 
 async function look() {
   if (!name) throw new Error("name a tree and a scene: node examples/look.mjs http://127.0.0.1:8080/ museum");
-  const queue = new FetchQueue({ ...FETCH_DEFAULTS, fetch: (url, init) => fetch(url, init), digest: webCryptoDigest() });
+  const queue = new FetchQueue({
+    ...FETCH_DEFAULTS,
+    fetch: (url, init) => fetch(url, init),
+    digest: webCryptoDigest(),
+  });
   const scene = await PublishedScene.open(queue, new Tree(base), name);
 
   // Whoever draws decodes GLBs here, and answers what they take and how they come into the picture.

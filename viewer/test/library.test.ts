@@ -28,8 +28,14 @@ it("the examples run in Node, with the core by its name in the package", async (
     expect(stderr).toBe("");
     expect(stdout).toMatch(/, cell 0: [1-9]\d* objects can be seen\n/);
     expect(stdout).toMatch(/[1-9]\d* models are here, (\d+) of \1 bytes of the first picture\n/);
-    await expect(look(base, "halls")).rejects.toMatchObject({ code: 1, stderr: `there is no scene halls at ${base}\n` });
-    await expect(look(base)).rejects.toMatchObject({ code: 1, stderr: expect.stringMatching(/^name a tree and a scene/) });
+    await expect(look(base, "halls")).rejects.toMatchObject({
+      code: 1,
+      stderr: `there is no scene halls at ${base}\n`,
+    });
+    await expect(look(base)).rejects.toMatchObject({
+      code: 1,
+      stderr: expect.stringMatching(/^name a tree and a scene/),
+    });
   } finally {
     server.close();
   }
