@@ -1,7 +1,5 @@
 //! From an upload to a published scene: jobs, what goes wrong with them, and what survives a kill.
 
-use std::net::SocketAddr;
-
 use serde_json::Value;
 
 use crate::{

@@ -6,7 +6,7 @@
 
 use anyhow::Context;
 use belvedere_scene::{
-    Bounds, CellId, ObjectId, SceneName,
+    CellId, ObjectId, SceneName,
     index::CellEntry,
     record::{CellRecord, Guarantee, Visible},
 };
