@@ -106,8 +106,8 @@ impl Growable {
         }
     }
 
-    /// Those that no rules made.
-    fn from_files(&self) -> usize {
+    /// How many are from other files.
+    fn made_by_no_rules(&self) -> usize {
         let tied: usize = Tie::ALL.into_iter().map(|tie| self.tied(tie)).sum();
         self.models.saturating_sub(self.alone + tied)
     }
@@ -134,7 +134,7 @@ impl Growable {
             }
             sentence += &format!(": {}", tie.way_out());
         }
-        match self.from_files() {
+        match self.made_by_no_rules() {
             0 => {}
             1 => sentence += "; 1 comes from a glTF file",
             many => sentence += &format!("; {many} come from glTF files"),

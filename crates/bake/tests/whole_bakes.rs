@@ -194,7 +194,10 @@ const PLAN: &str = "\
 
 /// The plan, baked by so many threads.
 fn baked_by(threads: usize) -> Baked {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("a pool");
     pool.install(|| baked_plan(PLAN))
 }
 
