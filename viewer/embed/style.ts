@@ -19,9 +19,13 @@ canvas {
   display: block;
   width: 100%;
   height: 100%;
-  touch-action: none;
+  /* Fingers move the page until somebody is in the world: else nobody could scroll past one that fills the screen. */
+  touch-action: auto;
   cursor: grab;
   outline: none;
+}
+:host(:focus-within) canvas {
+  touch-action: none;
 }
 canvas:focus-visible {
   outline: 2px solid #e8b96a;
@@ -70,6 +74,39 @@ p {
 p:empty {
   display: none;
 }
+.enter,
+.leave {
+  position: absolute;
+  top: 8px;
+  right: 8px;
+  display: none;
+  border: 1px solid rgb(255 255 255 / 35%);
+  border-radius: 10px;
+  background: rgb(17 21 27 / 88%);
+  color: inherit;
+  font: inherit;
+}
+.enter {
+  padding: 6px 12px;
+  pointer-events: none;
+}
+.leave {
+  width: 44px;
+  height: 44px;
+  font-size: 18px;
+}
+.leave:focus-visible {
+  outline: 2px solid #e8b96a;
+}
+@media (pointer: coarse) {
+  .caption button {
+    min-height: 44px;
+  }
+  :host(:not(:focus-within)) .enter,
+  :host(:focus-within) .leave {
+    display: block;
+  }
+}
 .unseen {
   position: absolute;
   width: 1px;
@@ -104,8 +141,7 @@ p:empty {
   background: rgb(255 255 255 / 45%);
 }
 @media (forced-colors: active) {
-  p,
-  .caption button {
+  :is(p, .enter, .leave, .caption button) {
     background: Canvas;
   }
   .stick i {
