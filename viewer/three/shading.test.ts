@@ -1,6 +1,8 @@
 import { ShaderChunk } from "three";
 import { expect, it } from "vitest";
-import { shade } from "./shading.ts";
+import { shade, shaded } from "./shading.ts";
+
+const asTheyCome = { ...ShaderChunk };
 
 it("the sun is looked for in the shadow map, and what falls on thin things lights their other side", () => {
   shade();
@@ -12,12 +14,16 @@ it("the sun is looked for in the shadow map, and what falls on thin things light
   expect(ShaderChunk.lights_fragment_maps.match(/getIBLIrradiance\( - geometryNormal \)/g)).toHaveLength(1);
 });
 
-it("three.js that works it out otherwise is not taken for what it was", () => {
-  const before = ShaderChunk.lights_fragment_maps;
-  ShaderChunk.lights_fragment_maps = "iblIrradiance += 1.0;";
-  try {
-    expect(() => shade()).toThrow("lights_fragment");
-  } finally {
-    ShaderChunk.lights_fragment_maps = before;
-  }
+it("that is done once", () => {
+  const before = { ...ShaderChunk };
+  shade();
+  expect(ShaderChunk).toEqual(before);
 });
+
+it.each(["lights_fragment_begin", "lights_fragment_maps"] as const)(
+  "three.js that works out %s otherwise is not taken for what it was",
+  (name) => {
+    expect(() => shaded(asTheyCome)).not.toThrow();
+    expect(() => shaded({ ...asTheyCome, [name]: "iblIrradiance += 1.0;" })).toThrow(`works out ${name} otherwise`);
+  },
+);

@@ -70,6 +70,8 @@ float lookForSun(sampler2DShadow map, float intensity, vec3 at, float cosine) {
 const SUN_LEFT =
   "lookForSun( directionalShadowMap[ i ], directionalLightShadow.shadowIntensity, vDirectionalShadowCoord[ i ].xyz, abs( dot( geometryNormal, directLight.direction ) ) )";
 
+const DIRECTIONAL = "DirectionalLight directionalLight;";
+
 const LIGHT_FALLS =
   "RE_Direct( directLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );";
 
@@ -92,19 +94,35 @@ function float(number: number): string {
   return Number.isInteger(number) ? `${number}.0` : String(number);
 }
 
-/** Has all programs that are made from now on work out light so. */
+/** The parts of programs that are worked out otherwise. */
+type Chunks = Pick<typeof ShaderChunk, "shadowmap_pars_fragment" | "lights_fragment_begin" | "lights_fragment_maps">;
+
+/** Has all programs that are made from now on work out light so; once. */
 export function shade(): void {
-  ShaderChunk.shadowmap_pars_fragment += SHADOW;
-  // Lights that shine from one direction stand behind all others.
-  edit("lights_fragment_begin", /getShadow\( directionalShadowMap[^:]*\)(?= : 1\.0)/, () => SUN_LEFT);
-  const [, directional = ""] = ShaderChunk.lights_fragment_begin.split("DirectionalLight directionalLight;");
-  edit("lights_fragment_begin", directional, () => directional.replace(LIGHT_FALLS, LIGHT_FALLS + SUN_THROUGH));
-  edit("lights_fragment_maps", SKY_FALLS, () => SKY_FALLS + SKY_THROUGH);
+  if (!ShaderChunk.shadowmap_pars_fragment.includes(SHADOW)) Object.assign(ShaderChunk, shaded(ShaderChunk));
 }
 
-function edit(name: keyof typeof ShaderChunk, what: string | RegExp, by: () => string): void {
-  const before = ShaderChunk[name];
-  const after = before.replace(what, by);
+/** These parts, changed; throws where they are not as they are known here. */
+export function shaded(chunks: Chunks): Chunks {
+  // Lights that shine from one direction stand behind all others.
+  const begin = edit(chunks, "lights_fragment_begin", /getShadow\( directionalShadowMap[^:]*\)(?= : 1\.0)/, SUN_LEFT);
+  const [others, directional = ""] = begin.split(DIRECTIONAL);
+  const lit = edit(
+    { lights_fragment_begin: directional },
+    "lights_fragment_begin",
+    LIGHT_FALLS,
+    LIGHT_FALLS + SUN_THROUGH,
+  );
+  return {
+    shadowmap_pars_fragment: chunks.shadowmap_pars_fragment + SHADOW,
+    lights_fragment_begin: others + DIRECTIONAL + lit,
+    lights_fragment_maps: edit(chunks, "lights_fragment_maps", SKY_FALLS, SKY_FALLS + SKY_THROUGH),
+  };
+}
+
+function edit<K extends keyof Chunks>(chunks: Pick<Chunks, K>, name: K, what: string | RegExp, by: string): string {
+  const before: string = chunks[name];
+  const after = before.replace(what, () => by);
   if (after === before) throw new Error(`three.js works out ${name} otherwise than it is known here`);
-  ShaderChunk[name] = after;
+  return after;
 }

@@ -103,7 +103,10 @@ export class ShadowMap {
     this.sun.shadow.intensity = 0;
   }
 
+  /** Gives back what it takes of the graphics card; from then on there are no shadows. */
   dispose(): void {
+    this.stop();
+    this.sun.shadow.map = null;
     for (const map of this.maps) {
       map.depthTexture?.dispose();
       map.dispose();

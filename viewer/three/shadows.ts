@@ -23,6 +23,7 @@ export class Shadows {
   private readonly map: ShadowMap;
   private readonly turns: ShadowTurns;
   private isUsed = true;
+  private isLeftOut = false;
   private lastFrame_ms = 0;
 
   constructor(
@@ -51,7 +52,7 @@ export class Shadows {
   draw(now_ms: number, { eye, ...world }: Look, casting: Iterable<Casting>): boolean {
     const frame_ms = now_ms - this.lastFrame_ms;
     this.lastFrame_ms = now_ms;
-    if (!this.isUsed) return false;
+    if (!this.isUsed || this.isLeftOut) return false;
     if (!this.map.isBusy) {
       const extent = this.turns.due(now_ms, eye, world);
       if (!extent) return false;
@@ -63,8 +64,17 @@ export class Shadows {
 
   /** Takes in with which share of the full width and height a moving picture is drawn. */
   after(scale: number): void {
-    this.isUsed &&= this.use.after(scale);
-    if (!this.isUsed) this.map.stop();
+    if (!this.isUsed) return;
+    this.isUsed = this.use.after(scale);
+    if (!this.isUsed) this.map.dispose();
+  }
+
+  /** Leaves them out for a while, as where a roof that casts one is not drawn. */
+  leaveOut(isLeftOut: boolean): void {
+    if (isLeftOut === this.isLeftOut) return;
+    this.isLeftOut = isLeftOut;
+    this.map.stop();
+    this.turns.changed();
   }
 
   /** Begins again, with a graphics card that has lost all. */

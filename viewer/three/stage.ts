@@ -72,6 +72,8 @@ export class Stage {
   private readonly programs: Programs;
   private readonly resolution = new Resolution(LEAST_SCALE);
   private movingScale = 1;
+  /** In the last picture. */
+  private drawn = { calls: 0, triangles: 0 };
   private isRenewing = false;
   /** How often the graphics card was lost. */
   private losses = 0;
@@ -231,6 +233,7 @@ export class Stage {
   /** Draws nothing above a height, as soon as that can be drawn without waiting; `undefined` draws everything. */
   async cutAbove(height_m: number | undefined): Promise<void> {
     this.top_m = height_m;
+    this.shadows?.leaveOut(height_m !== undefined);
     if (height_m === undefined) {
       this.programs.endCut();
       this.renderer.clippingPlanes = [];
@@ -304,7 +307,10 @@ export class Stage {
       this.movingScale = this.resolution.after(frame_ms);
       this.shadows?.after(this.movingScale);
     }
-    if (!this.isRenewing) this.renderer.render(this.scene, this.camera);
+    if (this.isRenewing) return;
+    this.renderer.render(this.scene, this.camera);
+    const { calls, triangles } = this.renderer.info.render;
+    this.drawn = { calls, triangles };
   }
 
   /** The picture as it is, which stays when the stage is closed; with a pixel for each of the page. */
@@ -340,12 +346,12 @@ export class Stage {
 
   /** Triangles of the last picture. */
   get triangles(): number {
-    return this.renderer.info.render.triangles;
+    return this.drawn.triangles;
   }
 
   /** Draw calls of the last picture. */
   get drawCalls(): number {
-    return this.renderer.info.render.calls;
+    return this.drawn.calls;
   }
 
   /** Has pictures drawn before the next one. */

@@ -21,6 +21,8 @@ const stage = {
   corners: () => [],
   cutAbove: () => {},
   eye: (position: Vec3) => ({ position, viewAngle_rad: 1, height_px: 720 }),
+  cast: () => false,
+  recast: () => {},
   render: () => {},
   close: () => {},
 } as unknown as Stage;

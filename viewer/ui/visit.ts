@@ -199,8 +199,7 @@ export class Visit {
     this.walker.place(position);
     this.walker.look(yaw, pitch);
     if (mode && mode !== this.walker.mode && !this.frozen) this.setMode(mode);
-    this.moved = true;
-    this.frames.wake();
+    this.moves();
     // At once, so that nobody is told of the old place as of this one before the next frame.
     if (!this.frozen) this.explorer.follow(this.eye, AT_REST);
   }
@@ -221,7 +220,7 @@ export class Visit {
 
   turn(yaw: number, pitch: number): void {
     this.walker.look(this.walker.yaw + yaw, this.walker.pitch + pitch);
-    this.moved = true;
+    this.moves();
   }
 
   /** Looks straight ahead. */
@@ -286,7 +285,7 @@ export class Visit {
 
   private setMode(mode: Mode): void {
     this.walker.mode = mode;
-    this.moved = true;
+    this.moves();
     this.parts.display.mode(mode);
   }
 
@@ -302,14 +301,14 @@ export class Visit {
     this.frozenView = new FrozenView(this.walker, this.parts.stage);
     // One may have come here since the last frame.
     this.reporter.moved();
-    this.moved = true;
+    this.moves();
     this.parts.display.mode("frozen");
   }
 
   /** While the view is frozen: leaves out of the picture what is above the eye, such as ceilings. */
   async cutAway(cut: boolean): Promise<void> {
     await this.frozenView?.cutAway(cut);
-    this.dirty = true;
+    this.redraw();
   }
 
   /** Goes back to where the view was frozen. */
@@ -318,8 +317,8 @@ export class Visit {
     this.errands.end();
     this.frozenView.thaw(this.explorer.cellId);
     this.frozenView = undefined;
-    this.moved = true;
-    this.dirty = true;
+    this.moves();
+    this.redraw();
     this.parts.display.mode(this.walker.mode);
   }
 
@@ -409,8 +408,15 @@ export class Visit {
     this.frames.wake();
   }
 
+  /** One stands or looks otherwise, or what is shown follows something else. */
+  private moves(): void {
+    this.moved = true;
+    this.frames.wake();
+  }
+
   /** Walks in a straight line, as far as walls allow; answers whether it arrived. Height counts only when flying. */
   walkTo(target: Vec3, speed_mps: number): Promise<boolean> {
+    this.frames.wake();
     return this.errands.begin(target, speed_mps);
   }
 
