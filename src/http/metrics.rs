@@ -30,7 +30,7 @@ use prometheus_client::{
 };
 
 use self::{
-    counts::put,
+    counts::{put, set},
     durations::Durations,
     meeting::{LiveMetrics, NodeMetrics},
     states::{JobMetrics, SpanMetrics},
@@ -288,10 +288,8 @@ pub fn metrics_text(state: &AppState) -> Result<String, fmt::Error> {
     put(&inner.cache_misses, cache.misses);
     put(&inner.variants_damaged, cache.damaged_variants);
     put(&inner.blobs_missing, state.missing.found());
-    inner.cache_bytes.set(i64::try_from(cache.bytes).unwrap_or(i64::MAX));
-    inner
-        .lent_bytes
-        .set(i64::try_from(cache.lent_bytes).unwrap_or(i64::MAX));
+    set(&inner.cache_bytes, cache.bytes);
+    set(&inner.lent_bytes, cache.lent_bytes);
     let up = state.publications.up_to_date() && state.catalogue.try_writing();
     inner.catalogue_up.set(up.into());
     let live = state.live.counts();

@@ -5,13 +5,13 @@
 use std::{
     collections::VecDeque,
     ops::Range,
+    sync::{Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
 use anyhow::Context;
 use belvedere_live::event::{FIRST_MOVER, SessionId};
 use belvedere_scene::ObjectId;
-use tokio::sync::Mutex;
 
 use super::LiveError;
 use crate::{
@@ -43,6 +43,15 @@ const PATIENCE: Duration = Duration::from_secs(5);
 pub(super) struct Ids {
     catalogue: Catalogue,
     stock: Mutex<Stock>,
+    /// Whoever draws; who waits for that shares what came of it.
+    drawing: tokio::sync::Mutex<Option<Failure>>,
+}
+
+/// Why none could be drawn, the last time.
+#[derive(Debug)]
+struct Failure {
+    at: Instant,
+    why: String,
 }
 
 /// What was drawn, and not used yet.
@@ -70,10 +79,7 @@ impl Stock {
 
     /// Whether more are to be asked for.
     fn is_low(&mut self, now: Instant) -> bool {
-        match self.left() {
-            0 => true,
-            left => left <= FEW && self.asked.is_due((), now),
-        }
+        self.left() <= FEW && self.asked.is_due((), now)
     }
 }
 
@@ -82,39 +88,62 @@ impl Ids {
         Self {
             catalogue,
             stock: Mutex::default(),
+            drawing: tokio::sync::Mutex::default(),
         }
     }
 
     /// Draws the first ones.
     pub(super) async fn lay_in(&self) -> anyhow::Result<()> {
-        let mut stock = self.stock.lock().await;
-        self.draw_into(&mut stock, FIRST).await
+        self.lay_in_more(FIRST).await
     }
 
     /// A mover's id; an avatar's is that of its session too.
     pub(super) async fn draw(&self) -> Result<ObjectId, LiveError> {
-        let mut stock = self.stock.lock().await;
-        if stock.is_low(Instant::now())
-            && let Err(error) = self.draw_into(&mut stock, BLOCK).await
-        {
-            let left = stock.left();
-            if left == 0 {
-                return Err(LiveError::Unkept(error));
+        let since = Instant::now();
+        let (id, is_low) = {
+            let mut stock = self.stock();
+            (stock.take(), stock.is_low(since))
+        };
+        if let Some(id) = id {
+            // One who comes now waits for more; the others take of what is there.
+            if is_low && let Ok(mut failure) = self.drawing.try_lock() {
+                self.draw_more(&mut failure).await.unwrap_or_else(|error| {
+                    let left = self.stock().left();
+                    let error = self.catalogue.why(&error);
+                    tracing::warn!(error, left, "when these are used up nobody is let in");
+                });
             }
-            tracing::warn!(
-                error = self.catalogue.why(&error),
-                left,
-                "when these are used up nobody is let in"
-            );
+            return Ok(id);
         }
-        stock.take().ok_or(LiveError::Stopped)
+        let mut failure = self.drawing.lock().await;
+        if let Some(id) = self.stock().take() {
+            return Ok(id);
+        }
+        if let Some(Failure { why, .. }) = failure.as_ref().filter(|failure| failure.at >= since) {
+            return Err(LiveError::Unkept(anyhow::anyhow!("{why}")));
+        }
+        self.draw_more(&mut failure).await.map_err(LiveError::Unkept)?;
+        self.stock().take().ok_or(LiveError::Stopped)
     }
 
-    async fn draw_into(&self, stock: &mut Stock, many: u32) -> anyhow::Result<()> {
+    async fn draw_more(&self, failure: &mut Option<Failure>) -> anyhow::Result<()> {
+        let drawn = self.lay_in_more(BLOCK).await;
+        *failure = drawn.as_ref().err().map(|error| Failure {
+            at: Instant::now(),
+            why: format!("{error:#}"),
+        });
+        drawn
+    }
+
+    async fn lay_in_more(&self, many: u32) -> anyhow::Result<()> {
         let drawn = db::in_time(PATIENCE, self.catalogue.draw_mover_ids(many)).await;
         let ObjectId(first) = drawn.context("no ids for new sessions and movers could be drawn from the catalogue")?;
-        stock.blocks.push_back(first..first + many);
+        self.stock().blocks.push_back(first..first + many);
         Ok(())
+    }
+
+    fn stock(&self) -> MutexGuard<'_, Stock> {
+        self.stock.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -178,6 +207,20 @@ mod tests {
         disk.has_room().await;
         drawn.extend(disk.draw(BLOCK).await);
         assert_eq!(drawn.len(), (FIRST + BLOCK) as usize);
+    }
+
+    #[tokio::test]
+    async fn who_waits_while_the_catalogue_says_nothing_is_refused_with_whoever_asks_it() {
+        let mut disk = Disk::new().await;
+        disk.beside.execute("BEGIN IMMEDIATE").await.unwrap();
+        tokio::time::pause();
+        let begun = tokio::time::Instant::now();
+        let asked = futures_util::future::join_all((0..100).map(|_| disk.ids.draw())).await;
+        assert!(asked.iter().all(|drawn| matches!(drawn, Err(LiveError::Unkept(_)))));
+        assert!(begun.elapsed() < 2 * PATIENCE, "nobody waits for all who came before");
+        tokio::time::resume();
+        disk.beside.execute("ROLLBACK").await.unwrap();
+        disk.draw(1).await;
     }
 
     #[tokio::test]

@@ -198,7 +198,10 @@ async fn an_upload_that_breaks_off_leaves_nothing() {
             stream.shutdown().await.unwrap();
             let mut answer = vec![];
             stream.read_to_end(&mut answer).await.unwrap();
-            assert!(answer.is_empty() || parse(&answer).status == 400, "{half:?}");
+            let answer = parse(&answer);
+            assert_eq!(answer.status, 400, "{half:?}");
+            let told = answer.json()["detail"].as_str().unwrap().to_owned();
+            assert!(told.contains("broke off"), "{told}");
         }
         drop(stream);
         while publisher.uploads() > 0 {

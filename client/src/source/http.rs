@@ -34,8 +34,8 @@ const MAY_CHANGE: [StatusCode; 3] = [
 
 /// Of what comes in place of what was asked for, such as a page that says what is wrong, no more is read …
 const MOST_REFUSAL_BYTES: u64 = 1 << 20;
-/// … and its next piece is not waited for longer.
-const REFUSAL_PAUSE: Duration = Duration::from_secs(1);
+/// … and nothing of it longer than this.
+const MOST_REFUSAL_TIME: Duration = Duration::from_secs(2);
 
 /// A server or CDN.
 #[derive(Debug, Clone)]
@@ -129,14 +129,17 @@ async fn read(ask: Ask<'_>, mut answer: Response, watch: &mut Watch<'_>) -> Resu
 
 /// Counts what the line carries of an answer that is not one of success. Its status counts, whatever becomes of the rest of it.
 async fn refusal(answer: &mut Response, count: &Carried) {
-    let mut bytes = 0;
-    while let Ok(Ok(Some(piece))) = timeout(REFUSAL_PAUSE, answer.chunk()).await {
-        bytes += piece.len() as u64;
-        count.note(piece.len() as u64);
-        if bytes >= MOST_REFUSAL_BYTES {
-            break;
+    let reading = async {
+        let mut bytes = 0;
+        while bytes < MOST_REFUSAL_BYTES
+            && let Ok(Some(piece)) = answer.chunk().await
+        {
+            bytes += piece.len() as u64;
+            count.note(piece.len() as u64);
         }
-    }
+    };
+    // What has come by then counts.
+    _ = timeout(MOST_REFUSAL_TIME, reading).await;
 }
 
 /// An answer, if it is one of success.

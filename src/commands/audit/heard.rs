@@ -44,14 +44,14 @@ pub(super) struct Heard {
 
 /// What was promised of how something moves.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Promise {
+pub(super) struct Limits {
     pub(super) max_speed_mps: f64,
     pub(super) max_acceleration_mps2: Option<f64>,
 }
 
 impl Heard {
     /// The first pose of something counts from when it comes.
-    pub(super) fn first(sent: &Sent, promise: Promise, now_ms: Ms) -> Self {
+    pub(super) fn first(sent: &Sent, promise: Limits, now_ms: Ms) -> Self {
         let mut clock = Clock::default();
         let earliest_ms = clock.earliest_ms(sent.t_ms, now_ms);
         Self {
@@ -72,7 +72,7 @@ impl Heard {
     }
 
     /// Another one comes.
-    pub(super) fn hear(&mut self, sent: &Sent, promise: Promise, now_ms: Ms) {
+    pub(super) fn hear(&mut self, sent: &Sent, promise: Limits, now_ms: Ms) {
         let most_mps = SLACK * promise.max_speed_mps;
         let earliest_ms = self.clock.earliest_ms(sent.t_ms, now_ms);
         self.stamped_ms = sent.t_ms.map(|t_ms| (t_ms, earliest_ms)).or(self.stamped_ms);
@@ -206,7 +206,7 @@ impl Heard {
     }
 }
 
-fn acceleration(sent: &Sent, promise: Promise) -> [f64; 3] {
+fn acceleration(sent: &Sent, promise: Limits) -> [f64; 3] {
     let most = promise.max_acceleration_mps2.unwrap_or(MOST_ACCELERATION_MPS2);
     limited(sent.acceleration.unwrap_or_default(), most)
 }
@@ -241,7 +241,7 @@ fn from_line_m(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    const PROMISE: Promise = Promise {
+    const LIMITS: Limits = Limits {
         max_speed_mps: 2.0,
         max_acceleration_mps2: None,
     };
@@ -258,8 +258,8 @@ mod tests {
 
     /// Two poses, the second of which was 30 ms longer on its way.
     fn heard(velocity: Option<f64>) -> Heard {
-        let mut heard = Heard::first(&sent(0, 0.0, velocity), PROMISE, 1_000);
-        heard.hear(&sent(100, 0.1, velocity), PROMISE, 1_130);
+        let mut heard = Heard::first(&sent(0, 0.0, velocity), LIMITS, 1_000);
+        heard.hear(&sent(100, 0.1, velocity), LIMITS, 1_130);
         heard
     }
 
@@ -305,7 +305,7 @@ mod tests {
             acceleration: Some([0.0, 0.0, 5_000.0]),
             ..sent(0, 0.0, Some(0.0))
         };
-        let heard = Heard::first(&fast, PROMISE, 1_000);
+        let heard = Heard::first(&fast, LIMITS, 1_000);
         let told = |acceleration| Pose {
             acceleration: [0.0, 0.0, acceleration],
             ..told(1_000, 0.0, 0.0)
@@ -350,7 +350,7 @@ mod tests {
     #[test]
     fn poses_that_come_at_once_say_nothing_of_where_it_goes() {
         let mut heard = heard(None);
-        heard.hear(&sent(101, 0.11, None), PROMISE, 1_131);
+        heard.hear(&sent(101, 0.11, None), LIMITS, 1_131);
         // 30 ms at 2.1 m/s.
         assert_eq!(heard.off_m([0.11, 0.05, 0.0], 1_131), 0.0);
         assert!(heard.off_m([0.11, 0.1, 0.0], 1_131) > 0.03);

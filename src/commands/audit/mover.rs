@@ -52,7 +52,7 @@ enum GoesOn {
 impl Mover {
     pub(super) fn new(owner: Option<SessionId>, new: &NewMover, now_ms: Ms) -> Self {
         let max_speed_mps = new.way.as_ref().map_or(new.max_speed_mps, Trajectory::fastest_mps);
-        let promise = heard::Promise {
+        let promise = heard::Limits {
             max_speed_mps,
             max_acceleration_mps2: new.max_acceleration_mps2,
         };
@@ -76,7 +76,7 @@ impl Mover {
 
     /// A pose has come in.
     pub(super) fn say(&mut self, sent: &Sent, now_ms: Ms) {
-        let promise = heard::Promise {
+        let promise = heard::Limits {
             max_speed_mps: self.max_speed_mps,
             max_acceleration_mps2: self.max_acceleration_mps2,
         };

@@ -7,8 +7,8 @@ use prometheus_client::metrics::{counter::Counter, family::Family, gauge::Gauge}
 /// Metrics of one name that one label tells apart.
 pub(super) type Kinds<M> = Family<[(&'static str, &'static str); 1], M>;
 
-pub(super) fn set(gauge: &Gauge, value: usize) {
-    gauge.set(i64::try_from(value).unwrap_or(i64::MAX));
+pub(super) fn set(gauge: &Gauge, value: impl TryInto<i64>) {
+    gauge.set(value.try_into().unwrap_or(i64::MAX));
 }
 
 pub(super) fn put(counter: &Counter, value: u64) {

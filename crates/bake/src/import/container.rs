@@ -106,7 +106,7 @@ pub(super) struct GlbChunks {
 }
 
 /// What to do with a file of which only a part is there.
-const CUT_OFF: &str = "it was cut off on its way: send or export it again, whole";
+const CUT_OFF: &str = "it was cut off on its way, or that length is wrong: send or export it again, whole";
 
 /// Finds the chunks of a GLB. One that ends before its header or a chunk says is refused: what is there of it would be taken for all.
 pub(super) fn glb_chunks(bytes: &[u8]) -> Result<GlbChunks, ImportError> {
