@@ -68,7 +68,7 @@ mod tests {
             })
         };
         let place = [-0.199_999_809_265_136_72, 1.000_512_34, -1e-12];
-        assert_eq!(within(4.0).point(place), "[-0.2, 1.00051, 0]");
+        assert_eq!(within(4.0).point(place), "[-0.2, 1.000512, 0]");
         assert_eq!(within(4.0).length(0.002), "0.002");
         assert_eq!(within(20_000.0).point(place), "[-0.2, 1, 0]");
         assert_eq!(direction([0.0, -0.6, 0.8]), "[0, -0.6, 0.8]");
