@@ -286,7 +286,7 @@ async fn what_is_not_there_and_what_is_damaged_are_told_apart() {
 #[tokio::test]
 async fn the_rungs_of_a_smooth_lod_are_its_bytes_and_objects_of_their_own() {
     let server = Server::start().await;
-    let whole = include_bytes!("../golden/smooth/cube.slod");
+    let whole = include_bytes!("../golden/smooth/bowl.slod");
     let name = BlobName::of(whole, "slod").unwrap();
     server.blobs.put(&name, whole.to_vec().into()).await.unwrap();
     let (header, _) = belvedere_scene::smooth::Header::read(whole).unwrap().unwrap();
