@@ -13,7 +13,7 @@ mkdir "$staged/$name"
 cp "$binary" "$staged/$name/belvedere"
 cp LICENSE-APACHE LICENSE-MIT README.md CHANGELOG.md "$staged/$name/"
 cp -r content deploy docs "$staged/$name/"
-cp -r --parents viewer/README.md viewer/bench/README.md viewer/examples "$staged/$name/"
+cp -r --parents client/examples viewer/README.md viewer/bench/README.md viewer/examples "$staged/$name/"
 rm "$staged/$name/deploy/dist.sh"
 # Whoever's umask it is.
 chmod -R u=rwX,go=rX "$staged/$name"

@@ -12,7 +12,7 @@ deploy/dist.sh "$program" 0.0.0 test
 cp dist/belvedere-0.0.0-test.tar.gz "$work/first"
 # Another day, another place, another umask.
 sleep 1
-(umask 077 && cp -r --parents content deploy docs viewer/README.md viewer/bench/README.md viewer/examples README.md CHANGELOG.md LICENSE-APACHE LICENSE-MIT "$work/" && cd "$work" &&
+(umask 077 && cp -r --parents content deploy docs client/examples viewer/README.md viewer/bench/README.md viewer/examples README.md CHANGELOG.md LICENSE-APACHE LICENSE-MIT "$work/" && cd "$work" &&
   SOURCE_DATE_EPOCH=$(git -C "$OLDPWD" log -1 --format=%ct) deploy/dist.sh "$program" 0.0.0 test)
 cmp "$work/first" "$work/dist/belvedere-0.0.0-test.tar.gz"
 
