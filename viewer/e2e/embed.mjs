@@ -85,30 +85,6 @@ async function heard(page) {
   insist((await page.locator("belvedere-scene p").getAttribute("role")) === null, "the progress is read aloud");
 }
 
-/** Fingers scroll the page past a world that fills the screen, move in it once one has tapped, and scroll again when one has left. */
-async function pastAndInto(page) {
-  const box = await page.locator("belvedere-scene canvas").boundingBox();
-  const [x, y] = [box.x + 100, box.y + box.height / 2];
-  const session = await page.context().newCDPSession(page);
-  const drag = async () => {
-    const before = await page.evaluate(() => scrollY);
-    await session.send("Input.synthesizeScrollGesture", { x, y, yDistance: -60, gestureSourceType: "touch" });
-    const moved = (await page.evaluate(() => scrollY)) - before;
-    await page.evaluate((top) => scrollTo(0, top), before);
-    return moved;
-  };
-  const { position } = await pose(page);
-  insist((await drag()) > 20, "a finger on a world does not scroll the page");
-  insist(String((await pose(page)).position) === String(position), "who scrolls past a world walks in it");
-  await page.touchscreen.tap(x, y);
-  insist((await drag()) === 0, "a finger of who is in a world scrolls the page");
-  const leave = page.locator("belvedere-scene").getByRole("button", { name: "Back to the page" });
-  const size = await leave.boundingBox();
-  insist(size.width >= 44 && size.height >= 44, `the way back to the page has ${size.width} × ${size.height} px`);
-  await leave.tap();
-  insist((await drag()) > 20, "who has left a world cannot scroll the page");
-}
-
 /** The stick appears below the finger, also where the page has moved or shrunk what the element stands in. */
 async function byFinger(open, src) {
   const page = await open({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
@@ -123,11 +99,6 @@ async function byFinger(open, src) {
     element.src = link;
   }, src);
   await page.waitForFunction(() => document.querySelector("belvedere-scene").pose, undefined, { timeout });
-  await page.evaluate(() => {
-    document.body.style.paddingBottom = "1000px";
-  });
-  await pastAndInto(page);
-  await page.locator("belvedere-scene canvas").tap();
   const box = await page.locator("belvedere-scene canvas").boundingBox();
   const [x, y] = [box.x + 70, box.y + 90];
   const touch = await page.context().newCDPSession(page);

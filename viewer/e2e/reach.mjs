@@ -115,23 +115,6 @@ async function byViewpoint(page) {
   insist(distance(there.position, jumped.position) < 0.02, "a viewpoint is not where one gets");
 }
 
-/** Who enlarges the page with two fingers on a panel gets back with two fingers on the picture, and does not walk meanwhile. */
-async function byTwoFingers(page) {
-  const session = await page.context().newCDPSession(page);
-  const pinch = (y, scaleFactor) => session.send("Input.synthesizePinchGesture", { x: 150, y, scaleFactor });
-  const enlarged = (isIt) =>
-    until(page, `the page is ${isIt ? "not " : ""}enlarged`, (wanted) => visualViewport.scale > 1.2 === wanted, isIt);
-  await page.locator("#help-toggle").tap();
-  await pinch(400, 2);
-  await enlarged(true);
-  await page.evaluate(() => document.querySelector("#help-close").click());
-  const { position, yaw } = await state(page);
-  await pinch(400, 0.2);
-  await enlarged(false);
-  const after = await state(page);
-  insist(String(after.position) === String(position) && after.yaw === yaw, "who enlarges the page walks");
-}
-
 async function byPhone(page) {
   await page.goto(url);
   const start = await settle(page, "the first cell on a phone");
@@ -162,8 +145,6 @@ async function byPhone(page) {
   await page.getByRole("button", { name: "Inspector" }).tap();
   await page.waitForTimeout(800);
   await page.screenshot({ path: picture("phone-inspector") });
-  await page.getByRole("button", { name: "Close the inspector" }).tap();
-  await byTwoFingers(page);
 }
 
 async function byGamepad(page) {

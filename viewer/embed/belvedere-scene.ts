@@ -311,7 +311,6 @@ export class BelvedereScene extends HTMLElement {
       keys: this,
       over,
       hearsPads: () => this.isWatched && attention.has(this),
-      takesTouch: () => this.hasFocus,
       turn: (yaw, pitch) => visit.turn(yaw, pitch),
       command: (command) => {
         if (command === "fly") visit.toggleFly();

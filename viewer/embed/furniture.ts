@@ -42,17 +42,9 @@ export function furnish(element: HTMLElement, ready: () => void): Furniture {
     if (root.activeElement === way) canvas.focus({ preventScroll: true });
   };
   const caption = new Caption(line, { ready, goes }, way, announcer);
-  const [label, padButton] = [make("span"), make("kbd", { "aria-hidden": "true", hidden: true })];
+  const [label, padButton] = [make("span"), make("kbd", { hidden: true })];
   const button = make("button", { type: "button", "aria-keyshortcuts": "Enter", hidden: true }, padButton, " ", label);
-  // Where one points with fingers: they move the page until one taps, and again when one leaves.
-  const enter = make("div", { class: "enter", "aria-hidden": "true" }, "Tap to move in it");
-  const cross = make("span", { "aria-hidden": "true" }, "×");
-  const leave = make("button", { type: "button", class: "leave", title: "Back to the page" }, cross);
-  leave.onclick = () => {
-    if (root.activeElement instanceof HTMLElement) root.activeElement.blur();
-  };
-  const said = make("div", { class: "caption" }, button, line, way);
-  root.replaceChildren(canvas, over, picture, live, said, enter, leave);
+  root.replaceChildren(canvas, over, picture, live, make("div", { class: "caption" }, button, line, way));
   return { canvas, over, stick, caption, picture, announcer, door: { button, label, padButton } };
 }
 

@@ -19,13 +19,9 @@ canvas {
   display: block;
   width: 100%;
   height: 100%;
-  /* Fingers move the page until somebody is in the world: else nobody could scroll past one that fills the screen. */
-  touch-action: auto;
+  touch-action: none;
   cursor: grab;
   outline: none;
-}
-:host(:focus-within) canvas {
-  touch-action: none;
 }
 canvas:focus-visible {
   outline: 2px solid #e8b96a;
@@ -74,39 +70,6 @@ p {
 p:empty {
   display: none;
 }
-.enter,
-.leave {
-  position: absolute;
-  top: 8px;
-  right: 8px;
-  display: none;
-  border: 1px solid rgb(255 255 255 / 35%);
-  border-radius: 10px;
-  background: rgb(17 21 27 / 88%);
-  color: inherit;
-  font: inherit;
-}
-.enter {
-  padding: 6px 12px;
-  pointer-events: none;
-}
-.leave {
-  width: 44px;
-  height: 44px;
-  font-size: 18px;
-}
-.leave:focus-visible {
-  outline: 2px solid #e8b96a;
-}
-@media (pointer: coarse) {
-  .caption button {
-    min-height: 44px;
-  }
-  :host(:not(:focus-within)) .enter,
-  :host(:focus-within) .leave {
-    display: block;
-  }
-}
 .unseen {
   position: absolute;
   width: 1px;
@@ -141,7 +104,8 @@ p:empty {
   background: rgb(255 255 255 / 45%);
 }
 @media (forced-colors: active) {
-  :is(p, .enter, .leave, .caption button) {
+  p,
+  .caption button {
     background: Canvas;
   }
   .stick i {

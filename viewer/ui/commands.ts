@@ -11,7 +11,6 @@ import type { Command } from "./keys.ts";
 import type { Panels } from "./panels.ts";
 import { Pointing } from "./pointing.ts";
 import type { Recording } from "./recording.ts";
-import { isEnlarged, markEnlarged } from "./touch.ts";
 import type { Visit } from "./visit.ts";
 
 /** What commands are given to. */
@@ -71,14 +70,12 @@ export function takeCommands({ visit, doors, company, recording, announcer, pane
     record: () => recording.toggle(),
     close: () => [help, map, inspector].find(({ open }) => open)?.toggle(false),
   };
-  markEnlarged(canvas);
   const room = element("free", HTMLDivElement);
   return new Controls(canvas, element("stick", HTMLDivElement), {
     keys: window,
     turn: (yaw, pitch) => visit.turn(yaw, pitch),
     command: (command) => commands[command]() !== false,
     tap: (x, y) => pointing.tap(x, y),
-    takesTouch: () => !isEnlarged(),
     room: () => room.getBoundingClientRect(),
   });
 }

@@ -20,8 +20,6 @@ export interface ControlEvents {
   readonly tap: (x: number, y: number) => void;
   /** Whether gamepads count now; always unless given. They point at nothing, and keys do. */
   readonly hearsPads?: () => boolean;
-  /** Whether fingers move the walker, and not the page, which they do until one taps; always unless given. */
-  readonly takesTouch?: () => boolean;
   /** What the stick lies in; unless given, the window. */
   readonly over?: HTMLElement;
   /** Where on the page there is room for the stick; unless given, all over it. */
@@ -150,11 +148,9 @@ export class Controls {
   }
 
   private pointerDown(event: PointerEvent): void {
-    const isForPage = event.pointerType === "touch" && this.events.takesTouch?.() === false;
-    if (!isForPage) this.canvas.focus({ preventScroll: true });
+    this.canvas.focus({ preventScroll: true });
     if (event.button !== 0) return;
     this.pressed = { x: event.clientX, y: event.clientY, t_ms: event.timeStamp };
-    if (isForPage) return;
     this.canvas.setPointerCapture(event.pointerId);
     const start = { id: event.pointerId, x: event.clientX, y: event.clientY };
     if (event.pointerType === "touch" && this.isLeftHalf(event) && !this.stickPointer) {
@@ -197,7 +193,6 @@ export class Controls {
     this.pressed = undefined;
     if (!pressed || event.timeStamp - pressed.t_ms > TAP_MS) return;
     if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > TAP_PX) return;
-    this.canvas.focus({ preventScroll: true });
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
     const locked = holdsPointer(this.canvas);
     this.events.tap(locked ? width / 2 : event.clientX - left, locked ? height / 2 : event.clientY - top);
