@@ -54,7 +54,7 @@ async function byLink(page, { link, there }) {
   await page.goto("about:blank");
   await page.goto(link.replace(/rev=\w+/, "rev=0123456789abcdef"));
   await settle(page, "the place of an old link");
-  await page.getByText("has changed since the link was made").waitFor({ timeout });
+  await page.locator("#toast-text").getByText("has changed since the link was made").waitFor({ timeout });
 }
 
 /** Who flies is where a link was copied, and flying, also after a reload; F comes down onto the floor below. */
@@ -91,7 +91,7 @@ async function byFlownLink(page) {
 async function byStrayLink(page) {
   await page.goto("about:blank");
   await page.goto(`${url}#p=5000,1.65,5000&yaw=0&pitch=0`);
-  await page.getByText("This link leads out of the world").waitFor({ timeout });
+  await page.locator("#toast-text").getByText("This link leads out of the world").waitFor({ timeout });
   await page.screenshot({ path: picture("stray") });
   await page.getByRole("button", { name: "Go to the start" }).click();
   const start = await settle(page, "the start");
