@@ -82,7 +82,10 @@ fn a_slow_line_brings_things_later_and_what_lies_ahead_is_there_before_it_is_see
     let script = script.to_str().expect("UTF-8");
     let tight = ["walk", tree, "--scene", "rooms", "--script", script, "--memory", "3k"];
     let told = text(&data.run(&[&tight[..], &["--json"]].concat()).stderr);
-    assert!(told.contains("and its neighbours take, where no rules stand in for them; give at least"), "{told}");
+    assert!(
+        told.contains("and its neighbours take, where no rules stand in for them; give at least"),
+        "{told}"
+    );
     let table = data.ok(&tight);
     assert!(table.lines().all(|line| line.chars().count() <= 160), "{table}");
     let message = data.fails(&[&tight[..], &["--min-quality", "1%"]].concat());
