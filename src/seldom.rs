@@ -29,16 +29,21 @@ impl<K: Ord> Seldom<K> {
     pub(crate) fn is_due(&mut self, key: K, now: Instant) -> bool {
         let is_due = !self.was_lately(&key, now);
         if is_due {
-            self.add([key], usize::MAX, now);
+            self.forget_old(now);
+            self.0.insert(key, now);
         }
         is_due
     }
 
     /// All of these are now; those that find no more room than for so many in all are passed over.
     pub(crate) fn add(&mut self, keys: impl IntoIterator<Item = K>, most: usize, now: Instant) {
-        self.0.retain(|_, at| is_lately(*at, now));
+        self.forget_old(now);
         let room = most.saturating_sub(self.0.len());
         self.0.extend(keys.into_iter().take(room).map(|key| (key, now)));
+    }
+
+    fn forget_old(&mut self, now: Instant) {
+        self.0.retain(|_, at| is_lately(*at, now));
     }
 }
 

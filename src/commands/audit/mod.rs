@@ -8,6 +8,8 @@ mod account;
 mod clock;
 mod crowd;
 mod doors;
+#[cfg(test)]
+mod hall;
 mod heard;
 mod judge;
 mod mover;

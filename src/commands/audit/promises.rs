@@ -237,88 +237,29 @@ impl Judge {
 
 #[cfg(test)]
 mod tests {
-    use belvedere_live::{
-        aoi::Aoi,
-        cells::Cell,
-        journal::Ground,
-        world::{Look, Rules, Sent, Visitor},
-    };
-    use belvedere_scene::{Revision, foliage::Foliage};
-    use belvedere_verify::{between::Between, blockade::Blockade, scene::Scene};
     use serde_json::json;
 
-    use super::*;
+    use super::{
+        super::hall::{FIRST, Hall, sent},
+        *,
+    };
 
     const WATCHER: SessionId = SessionId(0);
     const OWNER: SessionId = SessionId(1);
-    const MINE: ObjectId = ObjectId(100_000_001);
+    const MINE: ObjectId = ObjectId(FIRST + 1);
 
-    fn sent(x: f64) -> Sent {
-        Sent {
-            t_ms: None,
-            position: [x, 1.0, 1.0],
-            orientation: [0.0, 0.0, 0.0, 1.0],
-            velocity: None,
-            acceleration: None,
-        }
-    }
-
-    /// A hall of 20 m with nothing in it, somebody at each end, and one of them was told to be silent there for a minute.
-    struct Hall {
-        account: Account,
-        sights: Sights,
-        judge: Judge,
-        now_ms: Ms,
+    /// Somebody stands at each end, of whom one looks so far, and the other was told to be silent there for a minute.
+    fn hushed(aoi_m: f64) -> Hall {
+        let mut hall = Hall::empty();
+        hall.enter(WATCHER, 1.0, aoi_m, true);
+        hall.enter(OWNER, 19.0, aoi_m, false);
+        // Whoever is shown is no miss of another kind.
+        hall.account.tell(&json!(["s0", "object-info", {"object": MINE}]), 0);
+        assert_eq!(hall.tell(&json!(["s1", "hush", hush(19.0)])), 0);
+        hall
     }
 
     impl Hall {
-        /// The other one looks so far.
-        fn new(aoi_m: f64) -> Self {
-            let bounds = Bounds {
-                min: [0.0; 3],
-                max: [20.0, 3.0, 3.0],
-            };
-            let ground = Ground {
-                revision: Revision([0; 8]),
-                bounds,
-                cells: vec![Cell { bounds, planes: vec![] }],
-                foliage: Foliage::default(),
-            };
-            let nothing = Blockade::of(&Scene::new(vec![], vec![]));
-            let mut hall = Self {
-                account: Account::begin(Rules::default(), &ground),
-                sights: Sights::new(Between::new(nothing, vec![], 0.0), 0),
-                judge: Judge::default(),
-                now_ms: 0,
-            };
-            for (session, number, x) in [(WATCHER, 0, 1.0), (OWNER, 1, 19.0)] {
-                let visitor = Visitor {
-                    pose: sent(x),
-                    aoi: Aoi {
-                        enter_m: aoi_m,
-                        leave_m: aoi_m + 2.0,
-                    },
-                    max_speed_mps: 1.0,
-                    max_acceleration_mps2: None,
-                    radius_m: 0.3,
-                    look: Look::default(),
-                    hears_movers: session == WATCHER,
-                    listens: true,
-                };
-                let object = ObjectId(100_000_000 + number);
-                let open = Input::Open {
-                    session,
-                    object,
-                    visitor,
-                };
-                hall.account.hear(&open, 0);
-            }
-            // Whoever is shown is no miss of another kind.
-            hall.account.tell(&json!(["s0", "object-info", {"object": MINE}]), 0);
-            assert_eq!(hall.tell(&json!(["s1", "hush", hush(19.0)])), 0);
-            hall
-        }
-
         /// Says how much is wrong with it at once.
         fn tell(&mut self, told: &Value) -> usize {
             self.account.tell(told, self.now_ms).len()
@@ -328,16 +269,13 @@ mod tests {
         fn pose(&mut self, x: f64, hush: Value) -> Option<Untrue> {
             let (session, sent) = (OWNER, sent(x));
             let input = Input::Pose { session, sent };
-            self.account.hear(&input, self.now_ms);
+            self.hear(&input);
             let answer = json!({"seen": {"moved": {"hush": hush}}});
             self.account.answered(&input, &answer, self.now_ms)
         }
 
         fn misses(&mut self, ticks: usize) -> &[Finding] {
-            for _ in 0..ticks {
-                self.now_ms += 100;
-                self.judge.look(&mut self.account, &mut self.sights, self.now_ms, 1);
-            }
+            self.ticks(ticks);
             &self.judge.misses
         }
     }
@@ -349,7 +287,7 @@ mod tests {
 
     #[test]
     fn an_owner_is_missed_once_that_is_not_woken_in_time_though_somebody_sees_where_it_may_be() {
-        let mut hall = Hall::new(19.0);
+        let mut hall = hushed(19.0);
         assert_eq!(hall.misses(6), [], "there are three ticks and a round trip for it");
         let [missed] = hall.misses(20) else {
             panic!("{:?}", hall.judge.misses)
@@ -368,23 +306,23 @@ mod tests {
             |hall| assert_eq!(hall.pose(19.0, Value::Null), None),
             |hall| {
                 let (session, listens) = (OWNER, false);
-                hall.account.hear(&Input::Listens { session, listens }, hall.now_ms);
+                hall.hear(&Input::Listens { session, listens });
             },
-            |hall| hall.account.hear(&Input::Close { session: OWNER }, hall.now_ms),
+            |hall| hall.hear(&Input::Close { session: OWNER }),
             |hall| hall.now_ms = 60_000,
         ];
         for (number, end) in ends.into_iter().enumerate() {
-            let mut hall = Hall::new(19.0);
+            let mut hall = hushed(19.0);
             hall.misses(4);
             end(&mut hall);
             assert!(hall.misses(20).iter().all(|missed| missed.why.is_none()), "{number}");
         }
-        assert_eq!(Hall::new(10.0).misses(20), [], "nobody looks so far");
+        assert_eq!(hushed(10.0).misses(20), [], "nobody looks so far");
     }
 
     #[test]
     fn who_leaves_its_ball_is_promised_no_more_by_it() {
-        let mut hall = Hall::new(10.0);
+        let mut hall = hushed(10.0);
         assert_eq!(hall.pose(18.0, hush(19.0)), None);
         let untrue = hall.pose(14.0, hush(19.0)).expect("it has gone out of it");
         assert!(

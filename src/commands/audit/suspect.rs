@@ -33,86 +33,26 @@ impl Suspect {
 #[cfg(test)]
 mod tests {
     use belvedere_live::{
-        aoi::Aoi,
-        cells::Cell,
         event::SessionId,
-        journal::{Ground, Input},
-        world::{Look, NewMover, ROOM, Rules, Sent, Visitor},
+        journal::Input,
+        world::{Look, NewMover, ROOM},
     };
-    use belvedere_scene::{Bounds, ObjectId, Revision, foliage::Foliage};
-    use belvedere_verify::{between::Between, blockade::Blockade, scene::Scene};
+    use belvedere_scene::ObjectId;
     use serde_json::json;
 
-    use super::super::{account::Account, judge::Judge, sights::Sights};
-    use super::*;
+    use super::super::hall::{FIRST, Hall, sent};
 
     const A: SessionId = SessionId(0);
-    const FIRST: u32 = 100_000_000;
 
-    fn sent(x: f64) -> Sent {
-        Sent {
-            t_ms: None,
-            position: [x, 1.0, 1.0],
-            orientation: [0.0, 0.0, 0.0, 1.0],
-            velocity: None,
-            acceleration: None,
-        }
-    }
-
-    /// A hall with nothing in it, and somebody who looks at a mover.
-    struct Hall {
-        account: Account,
-        sights: Sights,
-        judge: Judge,
-        now_ms: Ms,
+    /// Somebody looks at a mover.
+    fn watched() -> Hall {
+        let mut hall = Hall::empty();
+        hall.enter(A, 1.0, 20.0, true);
+        hall.create(1);
+        hall
     }
 
     impl Hall {
-        fn new() -> Self {
-            let bounds = Bounds {
-                min: [0.0; 3],
-                max: [20.0, 3.0, 3.0],
-            };
-            let ground = Ground {
-                revision: Revision([0; 8]),
-                bounds,
-                cells: vec![Cell { bounds, planes: vec![] }],
-                foliage: Foliage::default(),
-            };
-            let nothing = Blockade::of(&Scene::new(vec![], vec![]));
-            let mut hall = Self {
-                account: Account::begin(Rules::default(), &ground),
-                sights: Sights::new(Between::new(nothing, vec![], 0.0), 0),
-                judge: Judge::default(),
-                now_ms: 0,
-            };
-            let visitor = Visitor {
-                pose: sent(1.0),
-                aoi: Aoi {
-                    enter_m: 20.0,
-                    leave_m: 22.0,
-                },
-                max_speed_mps: 1.0,
-                max_acceleration_mps2: None,
-                radius_m: 0.3,
-                look: Look::default(),
-                hears_movers: true,
-                listens: true,
-            };
-            let (session, object) = (A, ObjectId(FIRST));
-            hall.hear(&Input::Open {
-                session,
-                object,
-                visitor,
-            });
-            hall.create(1);
-            hall
-        }
-
-        fn hear(&mut self, input: &Input) {
-            self.account.hear(input, self.now_ms);
-        }
-
         fn create(&mut self, number: u32) -> ObjectId {
             let object = ObjectId(FIRST + number);
             let new = NewMover {
@@ -138,13 +78,6 @@ mod tests {
             }
         }
 
-        fn ticks(&mut self, count: usize) {
-            for _ in 0..count {
-                self.now_ms += 100;
-                self.judge.look(&mut self.account, &mut self.sights, self.now_ms, 1);
-            }
-        }
-
         fn make_room(&mut self) {
             self.hear(&Input::Room { session: A });
         }
@@ -152,11 +85,11 @@ mod tests {
 
     #[test]
     fn who_is_not_told_of_is_missed_in_time_and_who_waits_for_its_stream_is_counted_apart() {
-        let mut hall = Hall::new();
+        let mut hall = watched();
         hall.ticks(30);
         assert!(!hall.judge.misses.is_empty());
         assert_eq!(hall.judge.waiting, 0);
-        let mut full = Hall::new();
+        let mut full = watched();
         full.fill();
         full.ticks(30);
         assert_eq!((full.judge.misses.len(), full.judge.waiting), (0, 30));
@@ -168,7 +101,7 @@ mod tests {
 
     #[test]
     fn who_is_always_put_off_is_missed_in_the_end() {
-        let mut hall = Hall::new();
+        let mut hall = watched();
         for _ in 0..50 {
             // Others are told of, but in every third tick.
             hall.fill();
