@@ -78,6 +78,36 @@ impl Progress for Silent {
     fn advance(&self, _: u64) {}
 }
 
+/// Hears nothing of what is done within a step, but whether the caller wants to stop.
+#[derive(Clone, Copy)]
+pub(crate) struct Within<'a>(pub(crate) &'a dyn Progress);
+
+impl Progress for Within<'_> {
+    fn start(&self, _: Stage, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
+/// Counts the steps that are announced, and those that are made.
+#[cfg(test)]
+#[derive(Default)]
+pub(crate) struct Counted {
+    pub(crate) announced: std::sync::atomic::AtomicU64,
+    pub(crate) made: std::sync::atomic::AtomicU64,
+}
+
+#[cfg(test)]
+impl Progress for Counted {
+    fn start(&self, _: Stage, steps: u64) {
+        self.announced.fetch_add(steps, std::sync::atomic::Ordering::Relaxed);
+    }
+    fn advance(&self, steps: u64) {
+        self.made.fetch_add(steps, std::sync::atomic::Ordering::Relaxed);
+    }
+}
+
 /// The caller asked to stop, so there is no result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]

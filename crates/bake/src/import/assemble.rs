@@ -44,7 +44,12 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         .note("animation: not played", animations, || "/animations/0".into());
     extras::note_unknown(&reader.root, &mut reader.defects);
     let mut hierarchy = walk(reader)?;
-    progress.start(Stage::Import, hierarchy.nodes.len() as u64);
+    let nodes = hierarchy.nodes.iter();
+    let drawn = nodes.filter(|node| nodes_grow && matches!(node.mark, Mark::Drawn(_)));
+    let items = drawn.filter_map(|node| reader.root.listed("nodes", node.index).ok());
+    let wishes = items.filter_map(|item| procedural::wanted(item.value));
+    let steps = procedural::steps_of(wishes, limits);
+    progress.start(Stage::Import, steps + hierarchy.nodes.len() as u64);
     let mut assembly = Assembly {
         reader,
         hierarchy: &hierarchy,

@@ -12,7 +12,7 @@ use crate::{
         plan::{Builder, floor_plan, museum},
     },
     memory::Forgetful,
-    progress::{Silent, Stage},
+    progress::{Counted, Silent, Stage},
     source::Topology,
 };
 
@@ -383,19 +383,9 @@ fn whoever_cancels_gets_no_result() {
 
 #[test]
 fn the_steps_announced_are_the_steps_made() {
-    #[derive(Default)]
-    struct Counted(std::sync::atomic::AtomicU64, std::sync::atomic::AtomicU64);
-    impl Progress for Counted {
-        fn start(&self, _: Stage, steps: u64) {
-            self.0.fetch_add(steps, std::sync::atomic::Ordering::Relaxed);
-        }
-        fn advance(&self, steps: u64) {
-            self.1.fetch_add(steps, std::sync::atomic::Ordering::Relaxed);
-        }
-    }
     let world = World::new(&museum([2, 1], 3).scene).unwrap();
     let counted = Counted::default();
     let graph = cells::build(&world, &[], &CellSettings::default(), &counted).unwrap();
     sampled(&world, &graph, &quick(), &counted).unwrap();
-    assert_eq!(counted.0.into_inner(), counted.1.into_inner());
+    assert_eq!(counted.announced.into_inner(), counted.made.into_inner());
 }

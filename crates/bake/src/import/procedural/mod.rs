@@ -29,9 +29,9 @@ use super::limits::Budget;
 use super::uri::relative_path;
 use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles, is_rules, large};
 use crate::defect::Defects;
-use crate::progress::{Progress, Stage};
+use crate::progress::{Progress, Stage, Within};
 pub use growth::Growth;
-pub(super) use node::{Nursery, Planting, wanted};
+pub(super) use node::{Nursery, Planting, steps_of, wanted};
 use texts::texts_of;
 
 /// What rules are given besides their text.
@@ -75,11 +75,18 @@ fn watched(
 ) -> Result<Growth, ImportError> {
     let most = wanted.0.limits.steps;
     ground.progress.start(Stage::Import, most);
-    let told = Cell::new(0);
-    let tell = |steps: u64| ground.progress.advance(steps - told.replace(steps));
-    let growth = planted(path, bytes, wanted, (ground, budget), &tell)?;
+    telling(ground.progress, most, |tell| {
+        planted(path, bytes, wanted, (ground, budget), tell)
+    })
+}
+
+/// What grows while progress is told of its steps. In the end it has made `most`, as many as it may, however few it took.
+fn telling<T>(progress: &dyn Progress, most: u64, grow: impl FnOnce(Watch) -> T) -> T {
+    let advanced = Cell::new(0);
+    let tell = |steps: u64| progress.advance(steps - advanced.replace(steps));
+    let grown = grow(&tell);
     tell(most);
-    Ok(growth)
+    grown
 }
 
 /// The same of rules that may be a piece of a source, within a budget that all of it shares.
@@ -274,6 +281,7 @@ impl<'a> Beside<'a> {
         };
         let ground = Ground {
             files: &files,
+            progress: &Within(ground.progress),
             ..ground
         };
         super::import_on((ground, budget.clone()), &path, bytes, Asker::Placed).map_err(|cause| match cause {

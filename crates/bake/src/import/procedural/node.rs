@@ -1,21 +1,21 @@
 //! Which rules does a glTF node name? `extras.belvedere`: `{"procedural": "tree.dcg", "parameters": {…}, "seed": 1}`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
-use belvedere_scene::procedural::{Settings, Value};
+use belvedere_scene::procedural::{Limits as GrowthLimits, Settings, Value, Watch};
 use glam::{DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 
 use super::absorb::absorb;
-use super::{Beside, Budget, Ground, OUTSIDE, growth_limits, planted};
+use super::{Beside, Budget, Ground, OUTSIDE, growth_limits, planted, telling};
 use crate::defect::Defects;
 use crate::import::document::whole;
 use crate::import::error::{Flaw, Read, Trouble, flaw};
 use crate::import::nodes::{NO_DIRECTION, rigid};
 use crate::import::reader::Reader;
 use crate::import::uri::relative_path;
-use crate::import::{ImportError, impostor};
+use crate::import::{ImportError, Limits, impostor};
 use crate::source::{Authored, AuthoredShape, Role, SourceObject, SourceScene, SourceViewpoint};
 
 /// Rules that a node names, and where they grow.
@@ -52,6 +52,12 @@ struct Grove {
     refused: Option<Flaw>,
 }
 
+/// The most steps that different wishes may take, as progress is told of them.
+pub(crate) fn steps_of<'w>(wishes: impl Iterator<Item = &'w Json>, limits: &Limits) -> u64 {
+    let different: BTreeSet<_> = wishes.map(Json::to_string).collect();
+    different.len() as u64 * growth_limits(limits).steps
+}
+
 impl Nursery {
     /// Adds what a node's rules grow to the scene: objects, viewpoints, and shapes for the bake.
     pub(crate) fn plant(
@@ -69,7 +75,12 @@ impl Nursery {
         }
         let asked = impostor::of_extras(&planting.wanted, defects, &planting.node);
         if !self.known.contains_key(&key) {
-            let grove = match grow_wanted(&planting.wanted, (ground, budget)) {
+            let limits = growth_limits(ground.limits);
+            let most = limits.steps;
+            let grown = telling(ground.progress, most, |tell| {
+                grow_wanted(&planting.wanted, limits, (ground, budget), tell)
+            });
+            let grove = match grown {
                 Ok((mut inner, found)) => {
                     defects.absorb(found);
                     Grove {
@@ -149,7 +160,12 @@ impl Nursery {
 }
 
 /// What the wish grows; without it the scene has all else.
-fn grow_wanted(wanted: &Json, (ground, budget): (Ground, &Budget)) -> Read<(SourceScene, Defects)> {
+fn grow_wanted(
+    wanted: &Json,
+    limits: GrowthLimits,
+    (ground, budget): (Ground, &Budget),
+    watch: Watch,
+) -> Read<(SourceScene, Defects)> {
     let named = wanted["procedural"].as_str();
     let Some(path) = named.and_then(relative_path) else {
         let names_any = named.is_some_and(|path| path.split('/').any(|part| !matches!(part, "" | ".")));
@@ -161,7 +177,6 @@ fn grow_wanted(wanted: &Json, (ground, budget): (Ground, &Budget)) -> Read<(Sour
         return flaw("`procedural` that names no file beside the source: not grown", told);
     };
     let told = |what: String| format!("{path}: {what}");
-    let limits = growth_limits(ground.limits);
     let settings = Settings {
         seed: seed_of(wanted, told)?,
         parameters: parameters_of(wanted, told)?,
@@ -178,7 +193,7 @@ fn grow_wanted(wanted: &Json, (ground, budget): (Ground, &Budget)) -> Read<(Sour
     };
     let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
     let kind = "rules that are wrong, or given what they do not take: not grown";
-    let growth = planted(&path, bytes, (&settings, true), (ground, budget), &|_| {}).or_else(|cause| match cause {
+    let growth = planted(&path, bytes, (&settings, true), (ground, budget), watch).or_else(|cause| match cause {
         ImportError::Rules(error) if error.line == 0 => flaw(kind, told(error.to_string())),
         ImportError::Rules(error) => flaw(kind, error.below(folder).to_string()),
         ImportError::Memory { .. } | ImportError::TooManyObjects { .. } | ImportError::Cancelled => Err(cause.into()),

@@ -1,6 +1,7 @@
 //! What becomes of rules as a source, alone and in glTF files.
 
 mod found;
+mod watched;
 
 use std::collections::BTreeMap;
 
