@@ -5,7 +5,7 @@
  */
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
-import { insist, picture, tell, timeout, url } from "./browser.mjs";
+import { insist, picture, tell, timeout, until, url } from "./browser.mjs";
 
 const tree = new URL(url);
 const readme = readFileSync(new URL("../README.md", import.meta.url), "utf8");
@@ -29,20 +29,16 @@ async function visit(open, { policy, attributes = "", early = "", forgive }) {
     <belvedere-scene ${attributes}></belvedere-scene>
     <script nonce="host">
       window.scene = document.querySelector("belvedere-scene");
-      window.over = new Promise((tell) => {
-        scene.addEventListener("ready", () => tell("ready"));
-        scene.addEventListener("problem", ({ detail }) => tell(detail.name));
-      });
+      scene.addEventListener("ready", () => { window.result ??= "ready"; });
+      scene.addEventListener("problem", ({ detail }) => { window.result ??= detail.name; });
       window.violations = [];
       addEventListener("securitypolicyviolation", ({ violatedDirective }) => violations.push(violatedDirective));
       ${early}
     </script>
     <script type="module" src="${script}"></script>`;
   await page.goto(`http://127.0.0.1:${server.address().port}/`);
-  const result = await Promise.race([
-    page.evaluate(() => window.over),
-    page.waitForTimeout(timeout).then(() => "neither ready nor a problem"),
-  ]);
+  await until(page, "neither ready nor a problem", () => window.result);
+  const result = await page.evaluate(() => window.result);
   const says = await page.locator("belvedere-scene p").textContent();
   return { page, result, says, violations: await page.evaluate(() => window.violations) };
 }
@@ -78,10 +74,11 @@ await tell("hosts", async (open) => {
     const forgive = /Content Security Policy|Failed to fetch/;
     const { page, result } = await visit(open, { attributes: `src='${LINK}'`, policy: short, forgive });
     insist(result === name, `without ${lacks}: ${result}`);
-    await page.waitForTimeout(1000);
-    const line = page.locator("belvedere-scene p");
-    const says = await line.textContent();
-    insist((await line.isVisible()) && says.includes(told), `without ${lacks} the element says "${says}"`);
+    const isTold = (what) => {
+      const line = scene.shadowRoot.querySelector("p");
+      return !line.hidden && line.textContent.includes(what);
+    };
+    await until(page, `without ${lacks} the element does not say so`, isTold, told);
     await page.screenshot({ path: picture(`hosts-${name}`) });
   }
 
