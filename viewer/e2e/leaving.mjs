@@ -15,7 +15,7 @@ async function showOnce([src, isEarly, isKept]) {
   const comes = new Promise((resolve) =>
     new MutationObserver(resolve).observe(element.shadowRoot.querySelector("p"), { childList: true }),
   );
-  await (isEarly ? comes : ready);
+  await (isEarly ? Promise.race([comes, ready]) : ready);
   const canvas = element.shadowRoot.querySelector("canvas");
   window.left.push(new WeakRef(canvas));
   if (isKept) window.kept = element;
