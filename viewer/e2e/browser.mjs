@@ -112,6 +112,12 @@ export function gone(locator, what) {
   return locator.waitFor({ state: "hidden", timeout }).catch(() => insist(false, what));
 }
 
+/** Clicks at a point of the page, and does not wait in between until it has heard of the press: what is held for long is no click. */
+export async function click(page, x, y) {
+  await page.mouse.move(x, y);
+  await Promise.all([page.mouse.down(), page.mouse.up()]);
+}
+
 /** Waits for so many frames: what was done before has been taken up in them, and two of them show it. */
 export async function frames(page, count = 2) {
   const left = await page.evaluateHandle((n) => ({ frames: n }), count);

@@ -4,7 +4,7 @@
  * `BELVEDERE_STATIC`, where given, a static tree of it, in which doors move too and nobody complains. Environment: see
  * `browser.mjs`.
  */
-import { addressOf, atRest, insist, picture, state, tell, timeout, until, url } from "./browser.mjs";
+import { addressOf, atRest, click, insist, picture, state, tell, timeout, until, url } from "./browser.mjs";
 import { enterDoored } from "./live.mjs";
 
 const WEST = [2, 1.65, 3];
@@ -34,7 +34,7 @@ async function look(page) {
 
 async function clickDoor(page) {
   const { x, y } = await look(page);
-  await page.mouse.click(x, y);
+  await click(page, x, y);
 }
 
 /** Walks through the open door, closes it and bumps into it. */

@@ -3,7 +3,7 @@
  * knows, freezes the view, flies out and comes back, picks an object and pretends that the line is slow. Environment: see
  * `browser.mjs`.
  */
-import { drawn, frames, gone, insist, picture, settle, state, tell, timeout, until, url } from "./browser.mjs";
+import { click, drawn, frames, gone, insist, picture, settle, state, tell, timeout, until, url } from "./browser.mjs";
 
 /** More of it than may come before the line is slow. */
 const MEASURED_BYTES = 14_000;
@@ -158,7 +158,7 @@ await tell("inspector", async (open) => {
   await readRequests(page);
   await forceColours(page);
   if (start.visible < start.objects) await freeze(page);
-  await page.mouse.click(500, 400);
+  await click(page, 500, 400);
   await says(page, "picked", /^o\d+ “.*”, model m\d+/);
   await readAloud(page);
   await pretendSlowLine(page);

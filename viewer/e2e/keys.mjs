@@ -6,6 +6,7 @@
 import {
   addressOf,
   atRest,
+  click,
   drawn,
   frames,
   gone,
@@ -93,7 +94,7 @@ async function throughTheDoor(page) {
   await page.screenshot({ path: picture("keys-door") });
   const { width, height } = page.viewportSize();
   // Without motion, too, its leaf is in the doorway, where it can be hit.
-  await page.mouse.click(width / 2, height / 2);
+  await click(page, width / 2, height / 2);
   await closed(page, 0);
   await page.locator("#door").click();
   await closed(page, 1);
