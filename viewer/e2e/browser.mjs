@@ -24,6 +24,8 @@ const FLAGS = [
   "--use-angle=swiftshader",
   "--enable-unsafe-swiftshader",
 ];
+/** What has not moved for so long rests: who glides moves in each. */
+const FRAMES_AT_REST = 3;
 export const DESKTOP = { viewport: { width: 1280, height: 720 } };
 
 export function insist(fact, sentence) {
@@ -44,21 +46,28 @@ export function launch() {
 
 /**
  * In a page, before anything else runs there: notes in `window.unready` when something is drawn with a program that is made in the same
- * task, or is not compiled yet, since who does that waits for it.
+ * task, or is not compiled yet, since who does that waits for it; `window.compiling()` answers how many are not compiled yet.
  */
 export function watchPrograms() {
   const { linkProgram, useProgram } = WebGL2RenderingContext.prototype;
   const unused = new Map();
+  const isCompiling = (gl, program) => {
+    const parallel = gl.isProgram(program) && gl.getExtension("KHR_parallel_shader_compile");
+    return parallel && !gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR);
+  };
   window.unready = [];
+  window.compiling = () => [...unused].filter(([program, { gl }]) => isCompiling(gl, program)).length;
   WebGL2RenderingContext.prototype.linkProgram = function (program) {
-    unused.set(program, "made");
-    setTimeout(() => unused.has(program) && unused.set(program, "asked for"));
+    const made = { gl: this, isNew: true };
+    unused.set(program, made);
+    setTimeout(() => {
+      made.isNew = false;
+    });
     linkProgram.call(this, program);
   };
   WebGL2RenderingContext.prototype.useProgram = function (program) {
-    const parallel = unused.has(program) && this.getExtension("KHR_parallel_shader_compile");
-    const isUnready = parallel && !this.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR);
-    if (unused.get(program) === "made" || isUnready) window.unready.push(performance.now());
+    const made = unused.get(program);
+    if (made && (made.isNew || isCompiling(this, program))) window.unready.push(performance.now());
     unused.delete(program);
     useProgram.call(this, program);
   };
@@ -86,6 +95,81 @@ export async function settle(page, what) {
   insist(now.holes === 0, `${what}: ${now.holes} objects are held but not drawn`);
   insist(now.missing === 0, `${what}: ${now.missing} visible objects have no geometry`);
   return now;
+}
+
+/** Waits until a page is as a test wants it, else says `what`; not by frames, of which a page that nobody sees has none. */
+export async function until(page, what, test, argument) {
+  try {
+    await page.waitForFunction(test, argument, { timeout, polling: 50 });
+  } catch (error) {
+    const last = await page.evaluate(() => JSON.stringify(window.belvedere?.state() ?? null));
+    throw new Error(`${what}; ${last}; ${error.message}`);
+  }
+}
+
+/** Waits until something is hidden, else says `what`. */
+export function gone(locator, what) {
+  return locator.waitFor({ state: "hidden", timeout }).catch(() => insist(false, what));
+}
+
+/** Clicks at a point of the page, and does not wait in between until it has heard of the press: what is held for long is no click. */
+export async function click(page, x, y) {
+  await page.mouse.move(x, y);
+  await Promise.all([page.mouse.down(), page.mouse.up()]);
+}
+
+/** Waits for so many frames: what was done before has been taken up in them, and two of them show it. */
+export async function frames(page, count = 2) {
+  const left = await page.evaluateHandle((n) => ({ frames: n }), count);
+  const isOver = (it) => {
+    it.frames -= 1;
+    return it.frames < 0;
+  };
+  await page.waitForFunction(isOver, left, { timeout });
+}
+
+/** Waits until what is read in a page is the same some frames later; answers it. */
+export async function atRest(page, what, read, argument) {
+  const end_ms = Date.now() + timeout;
+  for (let now, before; ; before = now) {
+    now = JSON.stringify(await page.evaluate(read, argument));
+    if (now === before) return JSON.parse(now);
+    insist(Date.now() < end_ms, `${what} does not come to rest: after ${before} it is ${now}`);
+    await frames(page, FRAMES_AT_REST);
+  }
+}
+
+/** Waits until all that was asked for is here and drawn. */
+export async function drawn(page) {
+  await until(page, "something stays on its way", () => window.belvedere.state().pending === 0);
+  await frames(page);
+}
+
+/** Waits until one stands still; answers the state then. */
+export async function standing(page) {
+  await atRest(page, "who walks", () => {
+    const { position, yaw, pitch } = window.belvedere.state();
+    return [position, yaw, pitch];
+  });
+  return state(page);
+}
+
+/** Waits until one stands still and the address says where, as the page writes it; answers the state then. */
+export async function addressed(page) {
+  const there = await standing(page);
+  await until(
+    page,
+    "the address does not say where one is",
+    ({ position, yaw, pitch, mode }) => {
+      const said = new URLSearchParams(location.hash.slice(1));
+      const degrees = (angle) => ((angle * 180) / Math.PI).toFixed(2);
+      const isThere = said.get("p") === position.map((x) => x.toFixed(3)).join(",");
+      const isTurned = said.get("yaw") === degrees(yaw) && said.get("pitch") === degrees(pitch);
+      return isThere && isTurned && (said.get("mode") ?? "walk") === mode;
+    },
+    there,
+  );
+  return there;
 }
 
 /**

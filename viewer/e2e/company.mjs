@@ -4,40 +4,37 @@
  * `BELVEDERE_STATIC`, where given, a static tree of it, in which doors move too and nobody complains. Environment: see
  * `browser.mjs`.
  */
-import { addressOf, insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
+import { addressOf, atRest, click, insist, picture, state, tell, timeout, until, url } from "./browser.mjs";
+import { enterDoored } from "./live.mjs";
 
 const WEST = [2, 1.65, 3];
 const EAST = [10, 1.65, 3];
 const BEFORE_THE_DOOR = [3, 1.65, 3];
 
+/** Longer than people walk on of whom nothing is heard. */
+const UNHEARD_MS = 3000;
+
+/** Enters the rooms, and opens the door if a walk that failed has left it closed. */
 async function enter(page, base, position, yaw) {
-  await page.goto(addressOf("doored", base));
-  await settle(page, "the rooms");
+  const isClosed = await enterDoored(page, addressOf("doored", base));
+  if (isClosed) await openAgain(page);
   await page.evaluate(([p, angle]) => window.belvedere.teleport(p, angle, 0), [position, yaw]);
   return page;
 }
 
-const until = async (page, what, test, argument) => {
-  try {
-    await page.waitForFunction(test, argument, { timeout, polling: 50 });
-  } catch {
-    throw new Error(`${what}: ${JSON.stringify(await state(page))}`);
-  }
-};
-
 const meets = (page, count) =>
   until(page, `${count} people are expected`, (n) => window.belvedere.state().people.length === n, count);
 
+/** Looks at the door until it swings no more; answers where it can be clicked. */
 async function look(page) {
   await page.evaluate(([p, angle]) => window.belvedere.teleport(p, angle, 0), [BEFORE_THE_DOOR, -Math.PI / 2]);
-  await page.waitForTimeout(600);
+  await until(page, "the leaf of the door is not in the picture", () => window.belvedere.find("door:leaf"));
+  return atRest(page, "the leaf of the door", () => window.belvedere.find("door:leaf"));
 }
 
 async function clickDoor(page) {
-  await look(page);
-  const leaf = await page.evaluate(() => window.belvedere.find("door:leaf"));
-  insist(leaf, "the leaf of the door is not in the picture");
-  await page.mouse.click(leaf.x, leaf.y);
+  const { x, y } = await look(page);
+  await click(page, x, y);
 }
 
 /** Walks through the open door, closes it and bumps into it. */
@@ -48,7 +45,7 @@ async function closeDoor(page, name) {
   insist(through, "nobody gets through the open door");
   await clickDoor(page);
   await until(page, "the door does not close", () => window.belvedere.state().closedDoors.length === 1);
-  await page.waitForTimeout(1500);
+  await look(page);
   await page.screenshot({ path: picture(`${name}-door-closed`) });
   const stopped = !(await page.evaluate((p) => window.belvedere.walkTo(p, 2), EAST));
   insist(stopped, "one walks through a closed door");
@@ -89,8 +86,10 @@ async function turnAway(page, other) {
     return seen !== undefined && Math.hypot(seen[0] - x, seen[2] - z) < 0.15;
   };
   await until(other, `who looked away at ${stood} is elsewhere for others`, isThere, stood);
-  // Others let those walk on of whom they hear nothing, for two seconds.
-  await other.waitForTimeout(3000);
+  // Others let those walk on of whom they hear nothing, for two seconds; nothing tells that one does not.
+  const since_ms = await other.evaluate(() => performance.now());
+  const isOver = ([since, ms]) => performance.now() > since + ms;
+  await other.waitForFunction(isOver, [since_ms, UNHEARD_MS], { timeout });
   insist(await other.evaluate(isThere, stood), `who looked away at ${stood} goes on without moving`);
   await page.evaluate(() => window.show());
 }
@@ -105,10 +104,7 @@ await tell("company", async (open) => {
   await first.addInitScript(holdFrames);
   const ada = await enter(first, url, WEST, -Math.PI / 2);
   const bob = await enter(await open(), url, EAST, Math.PI / 2);
-  // Doors outlive servers: a walk that failed may have left it closed.
   await ada.bringToFront();
-  await ada.waitForTimeout(1000);
-  if ((await state(ada)).closedDoors.length > 0) await openAgain(ada);
   await meets(ada, 1);
   await meets(bob, 1);
   const there = (await state(ada)).people[0];

@@ -1,9 +1,10 @@
 /**
- * Is a crowd drawn at once? Some hundred people walk in circles over a square; however many they are, they are three draw calls:
- * those near by, those far away, and those who wear the model of a statue. `BELVEDERE_URL` names a server that has the scene `square` (`e2e/worlds`).
+ * Is a crowd drawn at once? Some hundred people walk in circles over a square; however many they are, they are four draw calls:
+ * those near by, those far away, those who wear the model of a statue, and the shades at their feet. `BELVEDERE_URL` names a server that has the scene `square` (`e2e/worlds`).
  * Environment: see `browser.mjs`.
  */
-import { insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
+import { addressOf, drawn, frames, insist, picture, settle, state, tell, until } from "./browser.mjs";
+import { objectCalled, removeMovers } from "./live.mjs";
 
 const PEOPLE = Number(process.env.BELVEDERE_CROWD ?? 120);
 const [CORNERS, SPEED_MPS] = [12, 1.3];
@@ -11,7 +12,7 @@ const [CORNERS, SPEED_MPS] = [12, 1.3];
 const TURN_MS = 120;
 const EYES_M = 1.65;
 /** Draw calls that people may add, however many there are. */
-const MOST_CALLS = 3;
+const MOST_CALLS = 4;
 /** Every so many wears the statue's model. */
 const WEARS = 4;
 
@@ -37,22 +38,17 @@ function circle(number) {
   return { trajectory: { keys, repeat: true } };
 }
 
-/** The object of that name. */
-async function objectCalled(page, name) {
-  const answer = await page.request.get(new URL("/v1/scenes/square/objects?bbox=-90,-9,-90,90,90,90", url).href);
-  return (await answer.json()).objects.find(({ source_node }) => source_node === name).object;
-}
-
 await tell("crowd", async (open) => {
   const page = await open();
-  const address = new URL(url);
-  address.searchParams.set("scene", "square");
-  await page.goto(address.href);
+  const address = addressOf("square");
+  await page.goto(address);
   await settle(page, "the square");
-  await page.waitForTimeout(1000);
+  const nobody = () => window.belvedere.state().people.length === 0;
+  // Who has left without a word is there for a while.
+  await until(page, "people are here before any came", nobody);
+  await drawn(page);
   const alone = await state(page);
-  insist(alone.people.length === 0, `${alone.people.length} people are here before any came`);
-  const statue = await objectCalled(page, "statue");
+  const statue = await objectCalled(page, address, "statue");
   const movers = new URL("/v1/scenes/square/movers", address);
   const made = await Promise.all(
     Array.from({ length: PEOPLE }, async (_, i) => {
@@ -64,12 +60,9 @@ await tell("crowd", async (open) => {
     made.every(({ object }) => object),
     `a mover was refused: ${JSON.stringify(made.find(({ object }) => !object))}`,
   );
-  await page.waitForFunction((n) => window.belvedere.state().people.length > n / 2, PEOPLE, { timeout, polling: 100 });
-  await page.waitForFunction(
-    ([n, most]) => window.belvedere.state().drawCalls - n === most,
-    [alone.drawCalls, MOST_CALLS],
-    { timeout, polling: 100 },
-  );
+  await until(page, "few people are here", (n) => window.belvedere.state().people.length > n / 2, PEOPLE);
+  const areDrawn = ([n, most]) => window.belvedere.state().drawCalls - n === most;
+  await until(page, `people are not ${MOST_CALLS} draw calls`, areDrawn, [alone.drawCalls, MOST_CALLS]);
   const among = await state(page);
   const calls = among.drawCalls - alone.drawCalls;
   const triangles = among.triangles - alone.triangles;
@@ -77,12 +70,8 @@ await tell("crowd", async (open) => {
   await page.screenshot({ path: picture("crowd") });
   const { position } = among;
   await page.evaluate((p) => window.belvedere.walkTo(p, 8), [position[0], position[1], position[2] - 30]);
-  await page.waitForTimeout(1000);
+  await frames(page);
   await page.screenshot({ path: picture("crowd-among") });
-  for (const { object, token } of made) {
-    await page.request.delete(new URL(`/v1/movers/${object}`, address).href, {
-      headers: { Authorization: `Bearer ${token}` },
-    });
-  }
-  await page.waitForFunction(() => window.belvedere.state().people.length === 0, undefined, { timeout, polling: 100 });
+  await removeMovers(page, made);
+  await until(page, "people stay who were taken away", nobody);
 });

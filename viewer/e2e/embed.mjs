@@ -2,7 +2,10 @@
  * Does one tag show a world? Opens the example page, walks in it by keys that count only while it has the focus, gives the
  * element another link, takes it out of the page and gives another one a tree that is not there. Environment: see `browser.mjs`.
  */
-import { insist, picture, tell, timeout, url } from "./browser.mjs";
+import { frames, insist, picture, tell, timeout, until, url } from "./browser.mjs";
+
+/** In these a key, or a gamepad, is looked at many times. */
+const MANY_FRAMES = 10;
 
 const pose = (page) => page.evaluate(() => document.querySelector("belvedere-scene").pose);
 
@@ -20,6 +23,15 @@ function ready(page, what, change) {
   );
 }
 
+/** Waits until the element has changed its pose. */
+const moves = (page, what, from) =>
+  until(
+    page,
+    what,
+    (before) => JSON.stringify(document.querySelector("belvedere-scene").pose) !== before,
+    JSON.stringify(from),
+  );
+
 /** After a double click the mouse turns the head without being dragged. */
 async function byHeldPointer(page) {
   const { x, y, width, height } = await page.locator("belvedere-scene canvas").boundingBox();
@@ -28,8 +40,8 @@ async function byHeldPointer(page) {
   await page.waitForFunction(() => document.pointerLockElement !== null, undefined, { timeout });
   const { yaw } = await pose(page);
   for (let step = 1; step <= 10; step += 1) await page.mouse.move(middleX + 10 * step, middleY);
-  await page.waitForTimeout(300);
-  insist(Math.abs((await pose(page)).yaw - yaw) > 0.1, "a mouse that is held does not look around");
+  const hasTurned = (from) => Math.abs(document.querySelector("belvedere-scene").pose.yaw - from) > 0.1;
+  await until(page, "a mouse that is held does not look around", hasTurned, yaw);
   await page.evaluate(() => document.exitPointerLock());
 }
 
@@ -44,22 +56,19 @@ async function byGamepad(page, src) {
     document.body.append(...worlds, document.createElement("input"));
     await Promise.all(ready);
   }, src);
+  const push = (yaw) =>
+    page.evaluate((axis) => {
+      window.pad = { ...window.pad, axes: [0, 0, axis, 0] };
+    }, yaw);
+  // In each of these frames a world turns that listens.
   const moved = async () => {
     const yaws = () =>
       page.evaluate(() => [...document.querySelectorAll("belvedere-scene")].map((one) => one.pose.yaw));
     const before = await yaws();
-    await page.evaluate(() => {
-      window.pad = { ...window.pad, axes: [0, 0, 0.8, 0] };
-    });
-    // A machine that draws slowly takes a while for a frame.
-    const turns = (from) =>
-      [...document.querySelectorAll("belvedere-scene")].some((one, i) => one.pose.yaw !== from[i]);
-    await page.waitForFunction(turns, before, { timeout: 5000, polling: 50 }).catch(() => {});
-    await page.waitForTimeout(300);
-    await page.evaluate(() => {
-      window.pad = { ...window.pad, axes: [0, 0, 0, 0] };
-    });
-    await page.waitForTimeout(300);
+    await push(0.8);
+    await frames(page, MANY_FRAMES);
+    await push(0);
+    await frames(page);
     return (await yaws()).map((yaw, i) => yaw !== before[i]).join();
   };
   const worlds = page.locator("belvedere-scene canvas");
@@ -104,6 +113,7 @@ async function byFinger(open, src) {
   const touch = await page.context().newCDPSession(page);
   await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x, y }] });
   await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: [{ x: x + 3, y: y - 20 }] });
+  await page.locator("belvedere-scene .stick").waitFor({ timeout });
   const stick = await page.locator("belvedere-scene .stick").boundingBox();
   const off_px = Math.hypot(stick.x + stick.width / 2 - x, stick.y + stick.height / 2 - y);
   insist(off_px < 2, `the stick is ${off_px} px from the finger`);
@@ -116,19 +126,18 @@ await tell("embed", async (open) => {
   await page.goto(new URL("embed/example.html", base).href, { waitUntil: "commit" });
   await page.waitForFunction(() => customElements.get("belvedere-scene") && document.querySelector("belvedere-scene"));
   await ready(page, "the example", `../${base.search}`);
-  await page.waitForTimeout(1500);
+  await frames(page);
   await page.screenshot({ path: picture("embed") });
   await heard(page);
   const start = await pose(page);
   await page.keyboard.down("KeyW");
-  await page.waitForTimeout(400);
+  await frames(page, MANY_FRAMES);
   await page.keyboard.up("KeyW");
   insist(String((await pose(page)).position) === String(start.position), "it moves though the page has the focus");
   await page.locator("belvedere-scene canvas").focus();
   await page.keyboard.down("KeyW");
-  await page.waitForTimeout(600);
+  await moves(page, "it does not move though it has the focus", start);
   await page.keyboard.up("KeyW");
-  insist(String((await pose(page)).position) !== String(start.position), "it does not move though it has the focus");
   const [x, y, z] = start.position;
   await ready(page, "another link", `../${base.search}#p=${[x + 1, y, z].join()}&yaw=90&pitch=0`);
   insist(Math.abs((await pose(page)).position[0] - x - 1) < 0.01, "the pose of the link is not taken");
@@ -184,7 +193,7 @@ await tell("embed", async (open) => {
     document.querySelector("belvedere-scene").remove();
     document.body.append(document.createElement("belvedere-scene"));
   });
-  await lost.waitForTimeout(300);
+  await frames(lost);
   const late = `../${base.search}`;
   await ready(lost, "a link that came late", late);
   insist((await lost.evaluate(() => document.querySelector("belvedere-scene").src)) === late, "src is not told");

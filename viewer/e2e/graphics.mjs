@@ -4,23 +4,42 @@
  * is drawn with it. And when the graphics card is lost, does the page say so, and draw again when it is back? `BELVEDERE_URL` names a
  * server that has the scenes `doored` and `square` (`e2e/worlds`); its first scene is walked through, too. Environment: see `browser.mjs`.
  */
-import { addressOf, insist, picture, settle, state, tell, timeout, url, watchPrograms } from "./browser.mjs";
+import {
+  addressOf,
+  drawn,
+  frames,
+  insist,
+  picture,
+  settle,
+  state,
+  tell,
+  timeout,
+  until,
+  url,
+  watchPrograms,
+} from "./browser.mjs";
+import { enterDoored, objectCalled, removeMovers } from "./live.mjs";
 
 const PEOPLE = 12;
-const STEP_MS = 1500;
+/** In these what is here is drawn, and all that casts shadows. */
+const MANY_FRAMES = 20;
 
-async function begin(open, address, what) {
+/** Opens a page with shadows, by `enter` if that is given. */
+async function begin(open, address, what, enter = (page, shaded) => page.goto(shaded)) {
   const page = await open();
   await page.addInitScript(watchPrograms);
   const shaded = new URL(address);
   shaded.searchParams.set("shadows", "on");
-  await page.goto(shaded.href);
+  await enter(page, shaded.href);
   await settle(page, what);
   return page;
 }
 
+/** Waits until all that is to be drawn is drawn by programs of its own. */
 async function insistReady(page, when) {
-  await page.waitForTimeout(STEP_MS);
+  await drawn(page);
+  await until(page, `${when}, a program is never compiled`, () => window.compiling() === 0);
+  await frames(page, MANY_FRAMES);
   const unready = await page.evaluate(() => window.unready.splice(0));
   insist(unready.length === 0, `${when}, ${unready.length} programs were drawn with before they were compiled`);
 }
@@ -44,15 +63,25 @@ async function walkThrough(page) {
       select.value = String(number);
       select.onchange?.();
     }, i);
-    await page.waitForTimeout(STEP_MS);
+    await settle(page, "a viewpoint");
     for (let turn = 0; turn < 3; turn += 1) {
       await page.evaluate(async () => {
-        await Promise.race([window.belvedere.walk(2), new Promise((over) => setTimeout(over, 2000))]);
+        await window.belvedere.walk(2);
         const { position, yaw } = window.belvedere.state();
         window.belvedere.teleport(position, yaw + 2.1);
       });
     }
   }
+}
+
+/** Opens a door that is closed, and the reverse. */
+async function useDoor(page) {
+  const before = (await state(page)).closedDoors.length;
+  const action = before === 0 ? "close" : "open";
+  await page.locator("#door").filter({ hasText: action }).waitFor({ timeout });
+  await page.keyboard.press("Enter");
+  const isUsed = (count) => window.belvedere.state().closedDoors.length !== count;
+  await until(page, `the door does not ${action}`, isUsed, before);
 }
 
 /** Shows each layer of the inspector, also while the view is frozen, cut off above and whole. */
@@ -71,8 +100,7 @@ async function lookBehind(page, what) {
 
 /** Moves somebody to and fro near the eye, and others far from it; every third wears the statue. */
 async function people(page, address) {
-  const answer = await page.request.get(new URL("/v1/scenes/square/objects?bbox=-90,-9,-90,90,90,90", url).href);
-  const statue = (await answer.json()).objects.find(({ source_node }) => source_node === "statue").object;
+  const statue = await objectCalled(page, address, "statue");
   const { position } = await state(page);
   const movers = new URL("/v1/scenes/square/movers", address);
   return Promise.all(
@@ -123,20 +151,17 @@ await tell("graphics", async (open) => {
   await lookBehind(first, "first");
   await first.close();
 
-  const doored = await begin(open, addressOf("doored"), "the rooms");
+  const doored = await begin(open, addressOf("doored"), "the rooms", enterDoored);
   await doored.evaluate(() => window.belvedere.teleport([4.5, 1.65, 3], -Math.PI / 2, 0));
-  for (const _ of ["shut", "open"]) {
-    await doored.waitForTimeout(STEP_MS);
-    await doored.keyboard.press("Enter");
-  }
+  for (const _ of ["shut", "open"]) await useDoor(doored);
   await insistReady(doored, "at a door");
   await lookBehind(doored, "doored");
-  await doored.waitForTimeout(STEP_MS);
-  const before = await state(doored);
+  await insistReady(doored, "with nothing behind the picture");
+  const { drawCalls } = await state(doored);
   await lose(doored);
   await insistReady(doored, "by a graphics card that is back");
-  const after = await state(doored);
-  insist(after.drawCalls === before.drawCalls, `${after.drawCalls} draw calls follow ${before.drawCalls}`);
+  const areDrawn = (calls) => window.belvedere.state().drawCalls === calls;
+  await until(doored, `other draw calls follow ${drawCalls}`, areDrawn, drawCalls);
   await doored.close();
 
   const square = await begin(open, addressOf("square"), "the square");
@@ -148,9 +173,5 @@ await tell("graphics", async (open) => {
   await loseWhileItComesBack(square);
   await insistReady(square, "among people, by a graphics card that is back");
   await square.screenshot({ path: picture("graphics-square-back") });
-  for (const { object, token } of made) {
-    await square.request.delete(new URL(`/v1/movers/${object}`, url).href, {
-      headers: { Authorization: `Bearer ${token}` },
-    });
-  }
+  await removeMovers(square, made);
 });

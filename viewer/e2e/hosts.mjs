@@ -5,7 +5,7 @@
  */
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
-import { insist, picture, tell, timeout, url } from "./browser.mjs";
+import { frames, insist, picture, tell, timeout, until, url } from "./browser.mjs";
 
 const tree = new URL(url);
 const readme = readFileSync(new URL("../README.md", import.meta.url), "utf8");
@@ -29,20 +29,16 @@ async function visit(open, { policy, attributes = "", early = "", forgive }) {
     <belvedere-scene ${attributes}></belvedere-scene>
     <script nonce="host">
       window.scene = document.querySelector("belvedere-scene");
-      window.over = new Promise((tell) => {
-        scene.addEventListener("ready", () => tell("ready"));
-        scene.addEventListener("problem", ({ detail }) => tell(detail.name));
-      });
+      scene.addEventListener("ready", () => { window.result ??= "ready"; });
+      scene.addEventListener("problem", ({ detail }) => { window.result ??= detail.name; });
       window.violations = [];
       addEventListener("securitypolicyviolation", ({ violatedDirective }) => violations.push(violatedDirective));
       ${early}
     </script>
     <script type="module" src="${script}"></script>`;
   await page.goto(`http://127.0.0.1:${server.address().port}/`);
-  const result = await Promise.race([
-    page.evaluate(() => window.over),
-    page.waitForTimeout(timeout).then(() => "neither ready nor a problem"),
-  ]);
+  await until(page, "neither ready nor a problem", () => window.result);
+  const result = await page.evaluate(() => window.result);
   const says = await page.locator("belvedere-scene p").textContent();
   return { page, result, says, violations: await page.evaluate(() => window.violations) };
 }
@@ -52,13 +48,15 @@ await tell("hosts", async (open) => {
   const early = await visit(open, { early: `scene.src = ${link};` });
   insist(early.result === "ready", `a link that is set early: ${early.result}; the element says "${early.says}"`);
   insist((await early.page.evaluate(() => scene.getAttribute("src"))) === LINK, "an early link is no attribute");
-
   const { position, yaw, pitch } = await early.page.evaluate(() => scene.pose);
+  await early.page.close();
+
   const place = JSON.stringify({ position, yaw: yaw + 1, pitch });
   const posed = await visit(open, { attributes: `src='${LINK}'`, early: `scene.pose = ${place};` });
   insist(posed.result === "ready", `a pose that is set early: ${posed.result}`);
   const turned = (await posed.page.evaluate(() => scene.pose.yaw)) - yaw;
   insist(Math.abs(Math.cos(turned) - Math.cos(1)) < 1e-6, `a pose that is set early is not taken: turned by ${turned}`);
+  await posed.page.close();
 
   insist(POLICY?.includes("'wasm-unsafe-eval'"), "the README names no policy");
   // Nothing else is allowed, but for the script of the page.
@@ -66,7 +64,9 @@ await tell("hosts", async (open) => {
   const allowed = await visit(open, { attributes: `src='${LINK}'`, policy });
   insist(allowed.result === "ready", `with the policy of the README: ${allowed.result}; it says "${allowed.says}"`);
   insist(allowed.violations.length === 0, `the policy of the README forbids ${allowed.violations}`);
+  await frames(allowed.page);
   await allowed.page.screenshot({ path: picture("hosts-allowed") });
+  await allowed.page.close();
 
   const refusals = [
     { lacks: " 'wasm-unsafe-eval'", name: "NoDecoderError", told: "add 'wasm-unsafe-eval' to script-src" },
@@ -78,11 +78,14 @@ await tell("hosts", async (open) => {
     const forgive = /Content Security Policy|Failed to fetch/;
     const { page, result } = await visit(open, { attributes: `src='${LINK}'`, policy: short, forgive });
     insist(result === name, `without ${lacks}: ${result}`);
-    await page.waitForTimeout(1000);
-    const line = page.locator("belvedere-scene p");
-    const says = await line.textContent();
-    insist((await line.isVisible()) && says.includes(told), `without ${lacks} the element says "${says}"`);
+    const isTold = (what) => {
+      const line = scene.shadowRoot.querySelector("p");
+      return !line.hidden && line.textContent.includes(what);
+    };
+    await until(page, `without ${lacks} the element does not say so`, isTold, told);
+    await frames(page);
     await page.screenshot({ path: picture(`hosts-${name}`) });
+    await page.close();
   }
 
   // The viewer's own page, behind a web server that forbids it.

@@ -3,7 +3,10 @@
  * knows, freezes the view, flies out and comes back, picks an object and pretends that the line is slow. Environment: see
  * `browser.mjs`.
  */
-import { insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
+import { click, drawn, frames, gone, insist, picture, settle, state, tell, timeout, until, url } from "./browser.mjs";
+
+/** More of it than may come before the line is slow. */
+const MEASURED_BYTES = 14_000;
 
 const text = (page, id) => page.getByTestId(id).textContent();
 
@@ -36,14 +39,15 @@ async function freeze(page) {
   insist(after.cell === before.cell, "the cell changed while the view was frozen");
   insist(after.position[1] > before.position[1] + 5, "one does not look from above at a frozen view");
   await page.keyboard.down("KeyW");
-  await page.waitForTimeout(500);
+  const flies = (from) => Math.hypot(...window.belvedere.state().position.map((x, i) => x - from[i])) > 1;
+  await until(page, "one does not fly about a frozen view", flies, after.position);
   await page.keyboard.up("KeyW");
+  await frames(page);
   insist((await state(page)).visible === before.visible, "what is visible changed while the view was frozen");
-  await page.waitForTimeout(500);
   await page.screenshot({ path: picture("inspector-frozen") });
   await page.getByText("Cells next door").click();
   await page.getByText("Visible: inside").click();
-  await page.waitForTimeout(500);
+  await drawn(page);
   await page.screenshot({ path: picture("inspector-layers") });
   await page.locator("#view").focus();
   await page.keyboard.press("KeyG");
@@ -52,13 +56,25 @@ async function freeze(page) {
   insist(back.mode === before.mode, `one comes back in mode ${back.mode}`);
 }
 
+/** Waits until all of the inspector was brought up to date: then it says anew what its chart shows. */
+async function updated(page) {
+  await page.evaluate(() => {
+    window.isUpdated = false;
+    const note = () => {
+      window.isUpdated = true;
+    };
+    new MutationObserver(note).observe(document.querySelector("#inspector canvas"), { attributes: true });
+  });
+  await until(page, "the inspector stays as it is", () => window.isUpdated);
+}
+
 /** Who reads the table of an object, cell by cell, is not thrown out of it while it says the same; and parts of the inspector have headings. */
 async function readAloud(page) {
-  await page.waitForFunction(() => window.belvedere.state().pending === 0, undefined, { timeout });
+  await drawn(page);
+  await updated(page);
   const table = page.getByRole("table", { name: "How it can be drawn" });
-  await page.waitForTimeout(500);
   const cell = await table.getByRole("rowheader").first().elementHandle();
-  await page.waitForTimeout(1000);
+  await updated(page);
   insist(await cell.evaluate((it) => it.isConnected), "a table that says the same is made anew");
   const parts = await page.locator("#inspector").getByRole("heading", { level: 3 }).count();
   insist(parts === 7, `${parts} parts of the inspector have headings`);
@@ -71,11 +87,14 @@ async function pretendSlowLine(page) {
     const [x, y, z] = window.belvedere.state().position;
     window.belvedere.teleport([x + 25, y, z + 20]);
   });
-  await page.waitForFunction((cell) => window.belvedere.state().cell !== cell, started.cell, { timeout });
-  const [from_ms, from] = [Date.now(), (await state(page)).bytesFetched];
-  await page.waitForTimeout(2000);
+  await until(page, "one stays in a cell", (cell) => window.belvedere.state().cell !== cell, started.cell);
+  const measure = () => page.evaluate(() => [window.belvedere.state().bytesFetched, performance.now()]);
+  const [from, from_ms] = await measure();
+  const hasCome = (least) => window.belvedere.state().bytesFetched >= least || window.belvedere.state().pending === 0;
+  await until(page, "nothing comes on a slow line", hasCome, from + MEASURED_BYTES);
+  const [to, to_ms] = await measure();
   await page.screenshot({ path: picture("inspector-slow") });
-  const rate = (8000 * ((await state(page)).bytesFetched - from)) / (Date.now() - from_ms);
+  const rate = (8000 * (to - from)) / (to_ms - from_ms);
   // Bytes are counted in pieces, and cached ones before they are slowed down.
   insist(rate < 4 * 56_000, `${Math.round(rate / 1000)} kb/s arrive on a line of 56`);
   await page.getByLabel("Pretend that the line is").selectOption("");
@@ -85,8 +104,8 @@ async function pretendSlowLine(page) {
 /** Reasons are there to be read, without a mouse too, also those of a while ago. */
 async function readRequests(page) {
   const list = page.getByTestId("requests");
-  const rows = await list.locator("li").count();
-  insist(rows > 20, `only ${rows} requests are listed`);
+  const isLong = () => document.querySelectorAll("[data-testid=requests] li").length > 20;
+  await until(page, "few requests are listed", isLong);
   const clipped = await list.evaluate(
     (ol) =>
       [...ol.querySelectorAll("span:not(.when)")].filter((cell) => cell.scrollWidth > cell.clientWidth + 1).length,
@@ -104,7 +123,7 @@ async function readRequests(page) {
     await list.elementHandle(),
     { timeout },
   );
-  await page.waitForTimeout(500);
+  await frames(page);
   await page.screenshot({ path: picture("inspector-requests") });
 }
 
@@ -134,18 +153,18 @@ await tell("inspector", async (open) => {
   await page.keyboard.press("KeyI");
   await page.getByRole("complementary", { name: "Inspector" }).waitFor();
   await says(page, "memory", /held, .+ promised, limit .+; \d+ models/);
-  await page.waitForTimeout(1000);
+  await drawn(page);
   await page.screenshot({ path: picture("inspector") });
   await readRequests(page);
   await forceColours(page);
   if (start.visible < start.objects) await freeze(page);
-  await page.mouse.click(500, 400);
+  await click(page, 500, 400);
   await says(page, "picked", /^o\d+ “.*”, model m\d+/);
   await readAloud(page);
   await pretendSlowLine(page);
   await page.locator("#view").focus();
   await page.keyboard.press("KeyI");
-  insist(await page.locator("#inspector").isHidden(), "the inspector does not close");
+  await gone(page.locator("#inspector"), "the inspector does not close");
   const end = await state(page);
   insist(end.problems.length === 0, `the viewer reports: ${end.problems.join("; ")}`);
   console.log(`the inspector tells of ${start.visible} visible and ${start.objects - start.visible} hidden objects`);

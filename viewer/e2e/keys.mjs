@@ -3,22 +3,55 @@
  * button, looks up and down, flies, asks for help, and listens to what a screen reader is told. `BELVEDERE_URL` names a tree that
  * has the scene `doored` (`e2e/worlds`). Environment: see `browser.mjs`.
  */
-import { addressOf, insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
+import {
+  addressOf,
+  atRest,
+  click,
+  drawn,
+  frames,
+  gone,
+  insist,
+  picture,
+  state,
+  tell,
+  timeout,
+  until,
+  url,
+} from "./browser.mjs";
+import { enterDoored } from "./live.mjs";
 
-async function until(page, what, test, argument) {
-  try {
-    await page.waitForFunction(test, argument, { timeout, polling: 50 });
-  } catch {
-    throw new Error(`${what}: ${JSON.stringify(await state(page))}`);
-  }
-}
+/** In these a gamepad is looked at many times. */
+const MANY_FRAMES = 10;
+/** Longer than a page is quiet before it speaks. */
+const SPOKEN_AFTER_MS = 1000;
+/** Where the door is in reach. */
+const NEAR = [3.5, 1.65, 3];
 
 const closed = (page, count) =>
   until(page, `${count} closed doors are expected`, (n) => window.belvedere.state().closedDoors.length === n, count);
 
-async function hear(page, pattern) {
-  await page.locator("#live").filter({ hasText: pattern }).waitFor({ state: "attached", timeout });
+/** In a page, before anything else runs there: notes in `window.heard` what a screen reader is told, one thing after the other. */
+function listen() {
+  window.heard = [];
+  addEventListener("DOMContentLoaded", () => {
+    const line = document.querySelector("#live");
+    const note = () => window.heard.push(line.textContent);
+    new MutationObserver(note).observe(line, { childList: true, characterData: true, subtree: true });
+  });
 }
+
+/** Waits until something is said, if it was not since what was heard last. */
+const hear = (page, pattern) =>
+  until(
+    page,
+    `nobody hears ${pattern}`,
+    (source) => {
+      const at = window.heard.findIndex((line) => new RegExp(source).test(line));
+      window.heard.splice(0, at);
+      return at >= 0;
+    },
+    pattern.source,
+  );
 
 /** Holds a key until the page is in a state. */
 async function hold(page, key, what, test, argument) {
@@ -32,18 +65,22 @@ async function hold(page, key, what, test, argument) {
 
 /** From the wall behind one to the door, in a live session or alone. */
 async function throughTheDoor(page) {
-  await page.goto(`${addressOf("doored")}#p=1,1.65,3&yaw=0&pitch=0`);
-  await settle(page, "the rooms");
-  await page.waitForTimeout(1000);
+  const isClosed = await enterDoored(page, `${addressOf("doored")}#p=1,1.65,3&yaw=0&pitch=0`);
+  await drawn(page);
   insist(await page.locator("#door").isHidden(), "a door is offered from the other end of the room");
-  await hold(page, "ArrowRight", "one does not turn", () => Math.abs(window.belvedere.state().yaw + 1.57) < 0.15);
+  await hold(page, "ArrowRight", "one does not turn", () => window.belvedere.state().yaw < -0.5);
   await page.locator("#intro").waitFor({ timeout });
-  // A slow browser turns in long steps.
+  // A slow browser turns, and walks, in long steps.
   await page.evaluate(() => window.belvedere.teleport([1, 1.65, 3], -Math.PI / 2, 0));
   await hold(page, "ArrowUp", "no door comes into reach", () => !document.querySelector("#door").hidden);
-  insist(await page.locator("#intro").isHidden(), "who walks is still told how to");
-  // Doors outlive servers: a walk that failed may have left it closed.
-  if ((await state(page)).closedDoors.length > 0) await page.keyboard.press("Enter");
+  await gone(page.locator("#intro"), "who walks is still told how to");
+  await page.evaluate((near) => window.belvedere.teleport(near, -Math.PI / 2, 0), NEAR);
+  // A walk that failed may have left it closed.
+  await page
+    .locator("#door")
+    .filter({ hasText: `${isClosed ? "open" : "close"} door “leaf”` })
+    .waitFor({ timeout });
+  if (isClosed) await page.keyboard.press("Enter");
   await closed(page, 0);
   await page.locator("#door").filter({ hasText: "close door “leaf”" }).waitFor({ timeout });
   await hear(page, /Enter: close door “leaf”/);
@@ -53,11 +90,11 @@ async function throughTheDoor(page) {
   await closed(page, 1);
   await hear(page, /door “leaf” is closed now/);
   await page.locator("#door").filter({ hasText: "open door “leaf”" }).waitFor({ timeout });
-  await page.waitForTimeout(1000);
+  await frames(page);
   await page.screenshot({ path: picture("keys-door") });
   const { width, height } = page.viewportSize();
   // Without motion, too, its leaf is in the doorway, where it can be hit.
-  await page.mouse.click(width / 2, height / 2);
+  await click(page, width / 2, height / 2);
   await closed(page, 0);
   await page.locator("#door").click();
   await closed(page, 1);
@@ -65,13 +102,13 @@ async function throughTheDoor(page) {
     window.pad.buttons = [{ pressed: true }];
   });
   await closed(page, 0);
-  await page.waitForTimeout(500);
+  await frames(page, MANY_FRAMES);
   insist((await state(page)).closedDoors.length === 0, "a button that is held is pressed again and again");
   await page.evaluate(() => {
     window.pad.buttons = [];
   });
   await hold(page, "KeyW", "one does not get through", () => window.belvedere.state().position[0] > 8);
-  insist(await page.locator("#door").isHidden(), "a door behind one's back is offered");
+  await gone(page.locator("#door"), "a door behind one's back is offered");
 }
 
 async function look(page) {
@@ -89,30 +126,28 @@ async function look(page) {
   await page.locator("#view").focus();
   await page.keyboard.press("KeyG");
   await page.keyboard.press("Escape");
-  insist(await page.locator("#inspector").isHidden(), "Escape does not close the inspector");
+  await gone(page.locator("#inspector"), "Escape does not close the inspector");
   await page.keyboard.press("KeyF");
 }
 
-const inTheWorld = (page) => page.evaluate(() => document.activeElement?.id === "view");
+const focused = (page, id, what) => until(page, what, (expected) => document.activeElement?.id === expected, id);
 
 async function panels(page) {
   const panel = page.getByRole("region", { name: "How to move" });
   await page.locator("#map-toggle").focus();
   await page.keyboard.press("?");
   await panel.waitFor({ timeout });
-  insist(await panel.evaluate((it) => it === document.activeElement), "the help has not got the focus");
+  await focused(page, "help", "the help has not got the focus");
   await page.keyboard.press("Escape");
-  insist(await panel.isHidden(), "Escape does not close the help");
-  const back = await page.evaluate(() => document.activeElement?.id);
-  insist(back === "map-toggle", `after the help the focus is at ${back}`);
+  await gone(panel, "Escape does not close the help");
+  await focused(page, "map-toggle", "after the help the focus is elsewhere");
   await page.keyboard.press("Enter");
   const map = page.locator("#map");
   await map.waitFor({ timeout });
   await page.locator("#map canvas").focus();
   await page.keyboard.press("Escape");
-  insist(await map.isHidden(), "Escape does not close the map");
-  const origin = await page.evaluate(() => document.activeElement?.id);
-  insist(origin === "map-toggle", `after the map the focus is at ${origin}`);
+  await gone(map, "Escape does not close the map");
+  await focused(page, "map-toggle", "after the map the focus is elsewhere");
   for (const [key, name, inside] of [
     ["KeyM", "map", "#map canvas"],
     ["KeyI", "inspector", "#inspector .close"],
@@ -122,12 +157,12 @@ async function panels(page) {
     await hear(page, new RegExp(`The ${name} is open`));
     await page.locator(inside).focus();
     await page.keyboard.press("Escape");
-    insist(await page.locator(inside).isHidden(), `Escape does not close the ${name}`);
-    insist(await inTheWorld(page), `after the ${name} the focus is lost`);
+    await gone(page.locator(inside), `Escape does not close the ${name}`);
+    await focused(page, "view", `after the ${name} the focus is lost`);
   }
   await page.locator("#map-toggle").click();
   await map.waitFor({ timeout });
-  insist(await inTheWorld(page), "who clicks a button cannot go on by keys");
+  await focused(page, "view", "who clicks a button cannot go on by keys");
   await page.locator("#map-toggle").click();
 }
 
@@ -141,7 +176,7 @@ async function message(page) {
   await message.getByRole("button", { name: "Go to the start" }).focus();
   await page.keyboard.press("Enter");
   await message.waitFor({ state: "hidden", timeout });
-  insist(await inTheWorld(page), "after a message the focus is lost");
+  await focused(page, "view", "after a message the focus is lost");
 }
 
 /** What a screen reader finds at the canvas, and in which order Tab goes through the page. */
@@ -172,6 +207,11 @@ async function described(page) {
   await page.screenshot({ path: picture("keys-focus") });
 }
 
+/** In a page with an element: one stands before the door. */
+function goNear(position) {
+  document.querySelector("belvedere-scene").pose = { position, yaw: -Math.PI / 2, pitch: 0, mode: "walk" };
+}
+
 /** Enter on a button of the element is for that button, also where a door is in reach, and the focus stays in the element when it goes. */
 async function pressInElement(page, door) {
   const link = await page.evaluate(() => document.querySelector("belvedere-scene").src);
@@ -180,37 +220,28 @@ async function pressInElement(page, door) {
   }, `${link}#p=3.5,5000,3&yaw=-90&pitch=0`);
   const way = page.locator("belvedere-scene button").getByText("Go to the start");
   await way.waitFor({ timeout });
-  await page.evaluate(() => {
-    window.near = { position: [3.5, 1.65, 3], yaw: -Math.PI / 2, pitch: 0, mode: "walk" };
-    document.querySelector("belvedere-scene").pose = window.near;
-  });
+  await page.evaluate(goNear, NEAR);
   await door.getByText("open").waitFor({ timeout });
   await way.focus();
   await page.keyboard.press("Enter");
   await way.waitFor({ state: "hidden", timeout });
-  const at = await page.evaluate(() => document.querySelector("belvedere-scene").shadowRoot.activeElement?.localName);
-  insist(at === "canvas", `the focus is at ${at} when its button is gone`);
-  await page.evaluate(() => {
-    document.querySelector("belvedere-scene").pose = window.near;
-  });
+  const isInTheWorld = () => document.querySelector("belvedere-scene").shadowRoot.activeElement?.localName === "canvas";
+  await until(page, "the focus is lost when its button is gone", isInTheWorld);
+  await page.evaluate(goNear, NEAR);
   await door.getByText("open").waitFor({ timeout });
 }
 
 /** A key that is held is let go when the focus leaves from a button of the element. */
 async function leaveElement(page, door) {
-  const yaw = () => page.evaluate(() => document.querySelector("belvedere-scene").pose.yaw);
+  const yaw = () => document.querySelector("belvedere-scene").pose.yaw;
   await page.evaluate(() => document.body.append(document.createElement("input")));
   await door.focus();
-  const before = await yaw();
+  const before = await page.evaluate(yaw);
   await page.keyboard.down("ArrowLeft");
-  await page.waitForFunction((from) => document.querySelector("belvedere-scene").pose.yaw !== from, before, {
-    timeout,
-  });
+  const turns = (from) => document.querySelector("belvedere-scene").pose.yaw !== from;
+  await until(page, "a key does not turn who is at the button of a door", turns, before);
   await page.locator("input").focus();
-  await page.waitForTimeout(500);
-  const left = await yaw();
-  await page.waitForTimeout(500);
-  insist((await yaw()) === left, "a key stays held though the focus has left");
+  await atRest(page, "who holds a key while the focus leaves", yaw);
   await page.keyboard.up("ArrowLeft");
 }
 
@@ -219,14 +250,14 @@ async function inElement(open) {
   const page = await open();
   await page.goto(new URL("embed/example.html", url).href);
   await page.evaluate(() => {
-    const element = document.querySelector("belvedere-scene");
-    element.src = "../?scene=doored";
-    element.pose = { position: [3.5, 1.65, 3], yaw: -Math.PI / 2, pitch: 0, mode: "walk" };
+    document.querySelector("belvedere-scene").src = "../?scene=doored";
   });
+  await page.evaluate(goNear, NEAR);
   const door = page.locator("belvedere-scene button[aria-keyshortcuts=Enter]");
   await door.getByText("close").waitFor({ timeout });
   const said = page.locator("belvedere-scene [role=status]");
-  await page.waitForTimeout(1500);
+  // By its own clock, so that whatever it would say comes first; nothing tells that it stays silent.
+  await page.evaluate((ms) => new Promise((over) => setTimeout(over, ms)), SPOKEN_AFTER_MS);
   insist(!/Enter/.test(await said.textContent()), "a page speaks of a door though nobody is in the world");
   await page.locator("belvedere-scene canvas").focus();
   await said.getByText("Enter: close").waitFor({ state: "attached", timeout });
@@ -238,6 +269,7 @@ async function inElement(open) {
 
 await tell("keys", async (open) => {
   const page = await open({ viewport: { width: 1280, height: 720 }, reducedMotion: "reduce" });
+  await page.addInitScript(listen);
   await page.addInitScript(() => {
     window.pad = { id: "some pad", mapping: "standard", axes: [0, 0, 0, 0], buttons: [] };
     navigator.getGamepads = () => [window.pad];

@@ -3,7 +3,7 @@
  * another, nor the stick, nor leaves the page, that each can be closed or folded, and that every control has a name and can be hit.
  * Environment: see `browser.mjs`.
  */
-import { addressOf, insist, picture, settle, tell, timeout, url } from "./browser.mjs";
+import { addressOf, atRest, frames, gone, insist, picture, settle, tell, timeout, until, url } from "./browser.mjs";
 
 const phone = (width, height) => ({
   viewport: { width, height },
@@ -40,24 +40,29 @@ const LEAST_PX = 90;
 /** Fingers miss what is smaller. */
 const TARGET_PX = { touch: 44, mouse: 24 };
 
-function boxes(page) {
-  return page.evaluate((ids) => {
-    const found = ids.map((id) => [id, document.getElementById(id)?.getBoundingClientRect()]);
-    return found
-      .filter(([, box]) => box && box.width > 0)
-      .map(([id, { left, top, right, bottom }]) => ({ id, left, top, right, bottom }));
-  }, PANELS);
+/** In the page: where panels are. */
+function boxes(ids) {
+  const found = ids.map((id) => [id, document.getElementById(id)?.getBoundingClientRect()]);
+  return found
+    .filter(([, box]) => box && box.width > 0)
+    .map(([id, { left, top, right, bottom }]) => ({ id, left, top, right, bottom }));
+}
+
+/** In the page: whether all of these are shown, and nothing grows or fades any more. */
+function isLaidOut(ids) {
+  const areShown = ids.every((id) => document.getElementById(id).getBoundingClientRect().width > 0);
+  return areShown && document.getAnimations().length === 0;
 }
 
 /** Insists that all of these are shown, and nothing that is shown covers anything else. */
 async function roomFor(page, name, ...wanted) {
-  await page.waitForTimeout(400);
+  await until(page, `${name}: not all of ${wanted} are shown`, isLaidOut, wanted);
+  const shown = await atRest(page, name, boxes, PANELS);
   if (PICTURED.test(name)) await page.screenshot({ path: picture(`layout-${name}`) });
-  const shown = await boxes(page);
   const { width, height } = page.viewportSize();
   for (const id of wanted) {
     const box = shown.find((one) => one.id === id);
-    insist(box, `${name}: ${id} is not shown`);
+    insist(box, `${name}: ${id} does not stay`);
     const tall = box.bottom - box.top >= LEAST_PX || !["map", "help", "inspector"].includes(id);
     insist(tall, `${name}: ${id} is only ${box.bottom - box.top} px high`);
   }
@@ -121,8 +126,8 @@ async function panels(page, name, touch) {
     if ((await button(page, fold).getAttribute("aria-expanded")) === "false") await button(page, fold).click();
     await button(page, fold).click();
   }
-  insist(await page.locator("#figures").isHidden(), `${name}: what is loaded does not fold`);
-  insist(await page.locator("#places").isHidden(), `${name}: where to go does not fold`);
+  await gone(page.locator("#figures"), `${name}: what is loaded does not fold`);
+  await gone(page.locator("#places"), `${name}: where to go does not fold`);
   if (await page.locator("#map").isVisible()) await button(page, "Map").click();
   await button(page, "Fly").click();
   insist((await button(page, "Fly").getAttribute("aria-pressed")) === "true", `${name}: the fly button shows nothing`);
@@ -207,7 +212,7 @@ async function atDoor(page, name, touch) {
 async function problem(page, name, touch) {
   await page.goto(addressOf("nowhere"));
   await page.getByRole("alertdialog", { name: "There is no scene called" }).waitFor({ timeout });
-  await page.waitForTimeout(400);
+  await frames(page);
   await page.screenshot({ path: picture(`layout-${name}-problem`) });
   await hitControls(page, `${name} with a problem`, touch);
   const { height } = page.viewportSize();
@@ -224,7 +229,7 @@ async function closeFromItsEnd(name, panel, close) {
   const [outer, inner] = [await panel.boundingBox(), await close.boundingBox()];
   insist(inner.y >= outer.y, `${name}: the way out of a panel is scrolled away`);
   await close.click();
-  insist(await panel.isHidden(), `${name}: a panel does not close from its end`);
+  await gone(panel, `${name}: a panel does not close from its end`);
 }
 
 /** Where the system chooses the colours, one's own place stands on the map in the ink of its text. */

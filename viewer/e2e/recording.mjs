@@ -5,10 +5,12 @@
  */
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
-import { insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
+import { frames, gone, insist, picture, settle, standing, state, tell, timeout, until, url } from "./browser.mjs";
 
 /** A slow browser sees a frame every now and then only. */
 const NEAR_M = 1e-3;
+/** In these one rests. */
+const MANY_FRAMES = 10;
 
 function near(a, b) {
   return a.every((x, i) => Math.abs(x - b[i]) < NEAR_M);
@@ -30,10 +32,10 @@ function insistOnScript(text) {
   return lines;
 }
 
-/** Where one is and looks. */
-async function pose(page) {
-  const { position, yaw, pitch } = await state(page);
-  return JSON.stringify([position, yaw, pitch]);
+/** In the page: whether one has walked, or turned, for longer than it takes to take down a pose. */
+function hasMoved({ position: [x, , z], yaw }) {
+  const now = window.belvedere.state();
+  return Math.hypot(now.position[0] - x, now.position[2] - z) > 0.5 || Math.abs(now.yaw - yaw) > 0.5;
 }
 
 await tell("recording", async (open) => {
@@ -45,32 +47,30 @@ await tell("recording", async (open) => {
   const stop = page.getByRole("button", { name: /Recording .*Stop and save/ });
   await stop.waitFor({ timeout });
   await page.waitForFunction(() => window.belvedere.recording.isRunning, undefined, { timeout });
-  await page.waitForTimeout(700);
+  // One rests first, for a second of the recording.
+  await stop.filter({ hasNotText: "0:00" }).waitFor({ timeout });
   for (const key of ["KeyW", "ArrowLeft", "KeyD"]) {
-    const before = await pose(page);
+    const before = await state(page);
     await page.keyboard.down(key);
-    await page.waitForTimeout(700);
-    while ((await pose(page)) === before) await page.waitForTimeout(100);
+    await until(page, `${key} moves nobody`, hasMoved, before);
     await page.keyboard.up(key);
   }
-  await page.waitForTimeout(1200);
+  const end = await standing(page);
+  await frames(page, MANY_FRAMES);
   await page.screenshot({ path: picture("recording") });
-  const end = await state(page);
   await page.keyboard.press("KeyI");
   const button = page.getByTestId("record");
   await button.filter({ hasText: "Stop and save" }).waitFor({ timeout });
   const [download] = await Promise.all([page.waitForEvent("download", { timeout }), button.click()]);
   insist(download.suggestedFilename() === `${end.scene}-walk.jsonl`, `it is called ${download.suggestedFilename()}`);
-  insist(await stop.isHidden(), "it says that it is still recording");
+  await gone(stop, "it says that it is still recording");
   const lines = insistOnScript(readFileSync(await download.path(), "utf8"));
   insist(near(lines[0].position, start.position), `it begins at ${lines[0].position}, not ${start.position}`);
   insist(near(lines.at(-1).position, end.position), `it ends at ${lines.at(-1).position}, not ${end.position}`);
   insist(lines.length > 2, `there are only ${lines.length} poses`);
-  const again = await page.evaluate(() => {
-    window.belvedere.recording.start();
-    return new Promise((done) => setTimeout(() => done(window.belvedere.recording.stop()), 500));
-  });
-  insistOnScript(again);
+  await page.evaluate(() => window.belvedere.recording.start());
+  await frames(page, MANY_FRAMES);
+  insistOnScript(await page.evaluate(() => window.belvedere.recording.stop()));
   const [only] = insistOnScript(
     await page.evaluate(() => {
       window.belvedere.recording.start();

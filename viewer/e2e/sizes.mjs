@@ -4,7 +4,7 @@
  * that and a small cell. `BELVEDERE_URL` names a tree that has the scenes `model` and `land` (`e2e/worlds`). Environment: see
  * `browser.mjs`.
  */
-import { addressOf, insist, picture, settle, state, tell } from "./browser.mjs";
+import { addressOf, atRest, drawn, frames, insist, picture, settle, state, tell, timeout, until } from "./browser.mjs";
 
 const WORLDS = [
   { scene: "model", width_m: 0.1, unit: "cm" },
@@ -17,23 +17,22 @@ const MANY = 30;
 
 const button = (page, name) => page.getByRole("button", { name, exact: true });
 
-/** How much of the world the map says that it shows. */
+/** How much of the world the map says that it shows, once that stays the same. */
 async function shown(page) {
-  const label = await page.locator("#map canvas").getAttribute("aria-label");
+  const label = await atRest(page, "the map", () => document.querySelector("#map canvas").getAttribute("aria-label"));
   const [, number, unit] = label.match(/^Map, ([\d.]+) (\w+) across\./) ?? [];
   insist(unit in METRES, `the map says "${label}"`);
-  return { width_m: Number(number) * METRES[unit], unit };
+  return { width_m: Number(number) * METRES[unit], unit, label };
 }
 
 /** Insists that the first hint is true. */
 async function told(page, scene, verb) {
+  await until(page, `${scene}: one does not ${verb}`, (mode) => window.belvedere.state().mode === mode, verb);
   const hint = await page.locator("#intro").innerText();
   const other = verb === "fly" ? "walk" : "fly";
   insist(hint.includes(verb) && !hint.includes(other), `${scene}: who can ${verb} is told "${hint}"`);
   const spoken = await page.locator("#how").innerText();
   insist(spoken.toLowerCase().startsWith(verb), `${scene}: a screen reader says "${spoken}" to who can ${verb}`);
-  const { mode } = await state(page);
-  insist(mode === verb, `${scene}: one is said to ${verb}, and can ${mode}`);
 }
 
 async function comeDown(page, scene) {
@@ -46,13 +45,16 @@ async function comeDown(page, scene) {
 
 async function zoom(page, { scene, width_m, unit }) {
   await page.keyboard.press("KeyM");
-  await page.waitForTimeout(1000);
+  await page.locator("#map canvas[aria-label]").waitFor({ timeout });
+  await drawn(page);
   await page.screenshot({ path: picture(`sizes-${scene}-map`) });
   const whole = await shown(page);
   const isFramed = whole.width_m >= width_m && whole.width_m <= 2 * width_m && whole.unit === unit;
   insist(isFramed, `${scene}: a world of ${width_m} m fills a map of ${whole.width_m} m`);
   const nearer = async (how, act, from) => {
     await act();
+    const isOther = (label) => document.querySelector("#map canvas").getAttribute("aria-label") !== label;
+    await until(page, `${scene}: ${how} does nothing`, isOther, from.label);
     const now = await shown(page);
     insist(now.width_m < from.width_m, `${scene}: ${how} does not zoom: ${now.width_m} m of ${from.width_m} m`);
     return now;
@@ -78,7 +80,8 @@ async function zoom(page, { scene, width_m, unit }) {
 /** Moves two fingers apart over the map; that is not a tap, which would lead elsewhere. */
 async function pinch(page, { scene }) {
   await button(page, "Map").tap();
-  await page.waitForTimeout(500);
+  await page.locator("#map canvas[aria-label]").waitFor({ timeout });
+  await drawn(page);
   const box = await page.locator("#map canvas").boundingBox();
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
   const before = [await shown(page), await state(page)];
@@ -97,7 +100,7 @@ async function pinch(page, { scene }) {
   await touch("touchStart", 20);
   for (const apart_px of [30, 45, 60]) await touch("touchMove", apart_px);
   await touch("touchEnd");
-  await page.waitForTimeout(500);
+  await frames(page);
   await page.screenshot({ path: picture(`sizes-${scene}-pinched`) });
   const after = [await shown(page), await state(page)];
   const factor = before[0].width_m / after[0].width_m;

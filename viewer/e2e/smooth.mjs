@@ -4,7 +4,7 @@
  * see `browser.mjs`; the scene must have smooth LODs. Where no bundles are offered, requests are dear and rungs few, so there
  * need not be one in sight to click.
  */
-import { insist, picture, settle, state, tell, timeout, url } from "./browser.mjs";
+import { click, insist, picture, settle, state, tell, timeout, until, url } from "./browser.mjs";
 
 const isRung = (grade) => grade.startsWith("r");
 /** Pointers are never kept; and what costs nothing any more may be chosen where something else was before. */
@@ -13,7 +13,7 @@ const FETCHED_AGAIN = 0.05;
 /** Waits until nothing is on its way; answers the state then. */
 async function sharp(page, what) {
   await settle(page, what);
-  await page.waitForFunction(() => window.belvedere.state().pending === 0, undefined, { timeout, polling: 100 });
+  await until(page, `${what}: something stays on its way`, () => window.belvedere.state().pending === 0);
   const now = await state(page);
   insist(now.problems.length === 0, `${what}: ${now.problems.join("; ")}`);
   return now;
@@ -29,7 +29,7 @@ function address(smooth) {
 async function findInLadder(page, pattern) {
   for (let y = 150; y < 650; y += 40) {
     for (let x = 40; x < 850; x += 40) {
-      await page.mouse.click(x, y);
+      await click(page, x, y);
       const told = await page.evaluate(() =>
         ["ladder", "ladder-note"].map((id) => document.querySelector(`[data-testid=${id}]`)?.textContent).join(" "),
       );
@@ -108,8 +108,7 @@ async function damaged(open) {
 }
 
 /** Waits until what is kept for the next visit is written down. */
-const kept = (page) =>
-  page.waitForFunction(() => window.belvedere.state().keeping === 0, undefined, { timeout, polling: 100 });
+const kept = (page) => until(page, "what is kept is never written down", () => window.belvedere.state().keeping === 0);
 
 async function again(open) {
   const page = await open();
@@ -130,7 +129,7 @@ async function again(open) {
   await page.getByTestId("clear-kept").scrollIntoViewIfNeeded();
   await page.screenshot({ path: picture("smooth-kept") });
   await page.getByTestId("clear-kept").click();
-  await page.getByTestId("kept").getByText("0 objects").waitFor({ timeout });
+  await page.getByTestId("kept").getByText(", 0 objects").waitFor({ timeout });
   await kept(page);
   await page.reload();
   const third = await sharp(page, "the visit after clearing");
