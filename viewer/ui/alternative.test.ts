@@ -21,6 +21,13 @@ it("names what is ahead once, the largest in the picture first, and nothing behi
   expect(words(at(90), things)).toBe("Facing west. Nothing is known of what is ahead.");
 });
 
+it("says who is in sight, and nothing of people where there is nobody", () => {
+  expect(words(at(0), [cube("near", 0, -3)], ["Ben", "Ada"])).toBe(
+    "Facing north. Ahead: near. 2 people in sight: Ada, Ben.",
+  );
+  expect(words(at(0), [], [])).toBe("Facing north. Nothing is known of what is ahead.");
+});
+
 it("names six things and no more", () => {
   const things = ["a", "b", "c", "d", "e", "f", "g"].map((name, i) => cube(name, 0, -3 - i));
   expect(words(at(0), things)).toBe("Facing north. Ahead: a, b, c, d, e, f.");

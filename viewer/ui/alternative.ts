@@ -1,4 +1,4 @@
-/** What does the picture show, in words? For who cannot see it: the direction of the view and the largest things in it. */
+/** What does the picture show, in words? For who cannot see it: the direction of the view, the largest things in it, and who is in sight. */
 import {
   type Bounds,
   diagonal_m,
@@ -10,7 +10,7 @@ import {
   type Vec3,
 } from "../core/basics/geometry.ts";
 import { write } from "./dom.ts";
-import { writeDoor } from "./format.ts";
+import { writeDoor, writePeople } from "./format.ts";
 import type { Visit } from "./visit.ts";
 
 /** Something that may be in the picture. */
@@ -31,11 +31,12 @@ const ASIDE = 0.8;
 /** Looking along −Z, and then turning left. */
 const DIRECTIONS = ["north", "north-west", "west", "south-west", "south", "south-east", "east", "north-east"];
 
-/** For example: “Facing west. Ahead: chest, lamp.” */
-export function describe(view: View, things: Iterable<Thing>): string {
+/** For example: “Facing west. Ahead: chest, lamp. 2 people in sight: Ada, Ben.” */
+export function describe(view: View, things: Iterable<Thing>, people: readonly string[] = []): string {
   const names = [...new Set(largestAhead(view, things))].slice(0, MOST_THINGS);
   const facing = `Facing ${quarter(view.yaw)}.`;
-  return names.length > 0 ? `${facing} Ahead: ${names.join(", ")}.` : `${facing} Nothing is known of what is ahead.`;
+  const ahead = names.length > 0 ? `Ahead: ${names.join(", ")}.` : "Nothing is known of what is ahead.";
+  return [facing, ahead, ...(people.length > 0 ? [`${writePeople(people)}.`] : [])].join(" ");
 }
 
 function quarter(yaw: number): string {
@@ -55,8 +56,8 @@ function largestAhead({ position, yaw }: View, things: Iterable<Thing>): string[
   return seen.sort((a, b) => b.size - a.size).map(({ name }) => name);
 }
 
-/** Keeps a description of the canvas up to date. */
-export function describeInto(line: HTMLElement, visit: Visit): void {
+/** Keeps a description of the canvas up to date; `people` names who is in sight, where one meets people. */
+export function describeInto(line: HTMLElement, visit: Visit, people?: () => readonly string[]): void {
   let again_ms = 0;
   visit.onFrame((now_ms) => {
     if (now_ms < again_ms) return false;
@@ -65,7 +66,7 @@ export function describeInto(line: HTMLElement, visit: Visit): void {
       name: entry.door ? writeDoor(entry.sourceNode) : entry.sourceNode,
       bounds: entry.bounds,
     }));
-    write(line, describe(visit.walker, things));
+    write(line, describe(visit.walker, things, people?.()));
     return false;
   });
 }

@@ -79,6 +79,11 @@ export class LiveCompany {
     return this.people;
   }
 
+  /** What those in sight are called; empty for who has no name. */
+  get names(): readonly string[] {
+    return this.people.map(({ name }) => name);
+  }
+
   private get session(): Session | undefined {
     return this.joining.session;
   }

@@ -3,6 +3,7 @@ import {
   writeBytes,
   writeDoor,
   writeLength,
+  writePeople,
   writeProgress,
   writeQuality,
   writeShare,
@@ -74,6 +75,17 @@ it.each([
   ["door", "the door"],
 ])("a door named %s is written as %s", (sourceNode, text) => {
   expect(writeDoor(sourceNode)).toBe(text);
+});
+
+it.each([
+  [[], "Nobody else in sight"],
+  [["Ada"], "1 person in sight: Ada"],
+  [["Ben", "Ada"], "2 people in sight: Ada, Ben"],
+  [["", " "], "2 people in sight"],
+  [["Ben", "", "Ada"], "3 people in sight: Ada, Ben, and 1 more"],
+  [["h", "g", "f", "e", "d", "c", "b", "a"], "8 people in sight: a, b, c, d, e, f, and 2 more"],
+])("people named %j are written as %s", (names, text) => {
+  expect(writePeople(names)).toBe(text);
 });
 
 it("says why the sharp picture may take less than the first, and nothing where it does not", () => {

@@ -1,4 +1,4 @@
-/** How are numbers and doors written for people? */
+/** How are numbers, doors and people written for people? */
 import type { Progress } from "../core/strategy/progress.ts";
 import type { Shares } from "../core/strategy/visible.ts";
 
@@ -9,6 +9,8 @@ const LENGTHS = [
   ["m", 1],
   ["cm", 0.01],
 ] as const;
+/** So many people are named. */
+const MOST_NAMES = 6;
 
 /** Decimal units with at most one place behind the point: `1.2 MB`. */
 export function writeBytes(bytes: number): string {
@@ -74,6 +76,17 @@ export function writeSeconds(time_ms: number): string {
 /** A text with addresses of published files in it, each by the first digits of its name and its kind: `o/77ac0f84….glb`. */
 export function shorten(text: string): string {
   return text.replaceAll(/[^\s"“]*\/o\/([0-9a-f]{8})[0-9a-f]{8,}((?:\.[a-z0-9]+)*)/g, "o/$1…$2");
+}
+
+/** Who else is in sight, by their names; of who has none it is empty: `3 people in sight: Ada, Ben, and 1 more`. */
+export function writePeople(names: readonly string[]): string {
+  if (names.length === 0) return "Nobody else in sight";
+  const count = `${names.length === 1 ? "1 person" : `${names.length} people`} in sight`;
+  const named = names.filter((name) => name.trim() !== "").sort();
+  const first = named.slice(0, MOST_NAMES);
+  if (first.length === 0) return count;
+  const others = names.length - first.length;
+  return `${count}: ${[...first, ...(others > 0 ? [`and ${others} more`] : [])].join(", ")}`;
 }
 
 /** A door by its name in the source: `door “front”`, `door 3`, `Front door`; `the door` when it has none. */

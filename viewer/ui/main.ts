@@ -22,6 +22,7 @@ import { Doors } from "./doors.ts";
 import { element } from "./elements.ts";
 import { focusWorld, giveBackFocus, keepFocus } from "./focus.ts";
 import { Hud } from "./hud.ts";
+import { InSight } from "./insight.ts";
 import { inspector } from "./inspect.ts";
 import { Links } from "./links.ts";
 import { type Opened, openScene } from "./opening.ts";
@@ -139,7 +140,12 @@ function start(stage: Stage, opened: Opened, network: Network): void {
     if (length(visit.walker.speed) > 0) panels.help.welcomed();
     return false;
   });
-  describeInto(element("picture", HTMLParagraphElement), visit);
+  const insight = new InSight(announcer);
+  visit.onFrame((now_ms) => {
+    insight.update(now_ms, () => company.names);
+    return false;
+  });
+  describeInto(element("picture", HTMLParagraphElement), visit, () => company.names);
   links.follow(visit);
   addEventListener("online", () => {
     toast.retried();

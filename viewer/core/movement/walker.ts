@@ -117,11 +117,25 @@ function continues(
 
 /** Whether an opening in a wall leads from a point into a cell of which nobody knows where it is. */
 function leadsAway(space: NavigationSpace, cell: NavigationCell, point: Vec3, face: Plane): boolean {
-  const portals = cell.portals?.filter(({ to, door }) => {
-    return space.isLost(to) && (door === undefined || !space.isShut(door));
-  });
   const isWall = Math.abs(face.normal[1]) < STEEP;
-  return isWall && (portals?.some(({ polygon }) => distanceToPolygon(polygon, point) <= PORTAL_SLACK_M) ?? false);
+  return isWall && opensInto(space, cell, point, (id) => space.isLost(id));
+}
+
+/** Whether an opening may lead from a point on the hull into a cell that was not met yet; without its record, a cell may open anywhere. */
+function leadsOn(space: NavigationSpace, cell: NavigationCell, point: Vec3): boolean {
+  const isUnmet = (id: number) => !space.cell(id);
+  return cell.portals ? opensInto(space, cell, point, isUnmet) : cell.adjacent.some(isUnmet);
+}
+
+/** Whether an opening that no door closes leads from a point into one of some cells. */
+function opensInto(
+  space: NavigationSpace,
+  cell: NavigationCell,
+  point: Vec3,
+  isSought: (cell: number) => boolean,
+): boolean {
+  const portals = cell.portals?.filter(({ to, door }) => isSought(to) && (door === undefined || !space.isShut(door)));
+  return portals?.some(({ polygon }) => distanceToPolygon(polygon, point) <= PORTAL_SLACK_M) ?? false;
 }
 
 /** Whether an opening leads from one cell into another at a point; cells that overlap there need none. */
@@ -306,6 +320,8 @@ export class Walker {
       const reach = sweep(this.space, result, scale(plane.normal, radius_m), "stop");
       const open = dot(plane.normal, subtract(reach.position, result.position));
       if (open >= radius_m - Math.min(SEAM_M, radius_m / 2)) continue;
+      // Who is kept out of a doorway until one knows what is behind it would never learn that: one learns it in the doorway.
+      if (leadsOn(this.space, reach.cell, reach.position)) continue;
       const push = Math.min(radius_m - open, SETTLE_MPS * this.size * seconds);
       result = sweep(this.space, result, scale(plane.normal, -push), "stop");
     }
