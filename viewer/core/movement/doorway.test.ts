@@ -14,8 +14,10 @@ interface Doorway {
   readonly height_m: number;
 }
 
-const [DEPTH_M, DOOR, FRONT, BACK, BETWEEN] = [0.2, 7, 0, 2, 1];
-const LEFT_M = 1;
+/** The cells and the door. */
+const [FRONT, BETWEEN, BACK, DOOR] = [0, 1, 2, 7] as const;
+/** How thick the wall is, and where the doorway in it begins. */
+const [DEPTH_M, LEFT_M] = [0.2, 1];
 const PLAIN: Doorway = { width_m: 1, sill_m: 0.2, height_m: 2.1 };
 const RADIUS_M = new Walker({ cell: () => undefined, isShut: () => false, isLost: () => false }).bodyRadius_m;
 
@@ -28,7 +30,7 @@ const boxesOf = ({ width_m, sill_m, height_m }: Doorway): readonly [Bounds, Boun
 
 class House implements NavigationSpace {
   readonly shut = new Set<number>();
-  readonly met = new Set([FRONT, BETWEEN, BACK]);
+  readonly met = new Set<number>([FRONT, BETWEEN, BACK]);
   readonly read = new Set(this.met);
   readonly boxes: readonly [Bounds, Bounds, Bounds];
   private readonly cells: readonly NavigationCell[];
