@@ -7,7 +7,7 @@ use std::{
     collections::BTreeMap,
     io::{IsTerminal, Write as _},
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError, Weak,
+        Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, Instant},
@@ -49,6 +49,8 @@ struct Current {
     stage: Stage,
     bar: ProgressBar,
     told: Instant,
+    /// When its last step was made.
+    made: Arc<OnceLock<Duration>>,
 }
 
 impl BakeProgress {
@@ -133,14 +135,17 @@ impl Progress for BakeProgress {
         };
         let bar = ProgressBar::with_draw_target(Some(steps), target).with_message(stage.name());
         let template = "{msg:>11} {bar:40.cyan/dim} {percent:>3} %  {elapsed}{left}";
-        let forecast = Arc::clone(&self.forecast);
+        let (forecast, made) = (Arc::clone(&self.forecast), Arc::<OnceLock<Duration>>::default());
+        let made_here = Arc::clone(&made);
         bar.set_style(
             ProgressStyle::with_template(template)
                 .expect("the template is a constant")
                 .with_key("left", move |state: &ProgressState, to: &mut dyn std::fmt::Write| {
+                    let seconds = state.elapsed().as_secs_f64();
                     let now = Now {
                         stage,
-                        seconds: state.elapsed().as_secs_f64(),
+                        seconds,
+                        stepping_s: made_here.get().map_or(seconds, Duration::as_secs_f64),
                         done: state.pos(),
                         of: state.len().unwrap_or(0),
                     };
@@ -152,6 +157,7 @@ impl Progress for BakeProgress {
             stage,
             bar,
             told: Instant::now(),
+            made,
         };
         if self.show == Show::Lines {
             self.tell(&current);
@@ -162,6 +168,9 @@ impl Progress for BakeProgress {
     fn advance(&self, steps: u64) {
         if let Some(current) = &mut *self.current() {
             current.bar.inc(steps);
+            if Some(current.bar.position()) >= current.bar.length() {
+                current.made.get_or_init(|| current.bar.elapsed());
+            }
             if self.show == Show::Lines && current.told.elapsed() >= LINE_INTERVAL {
                 self.tell(current);
                 current.told = Instant::now();
@@ -195,9 +204,11 @@ impl Current {
     /// How far it is.
     fn now(&self) -> Now {
         let of = self.bar.length().unwrap_or(0);
+        let seconds = self.bar.elapsed().as_secs_f64();
         Now {
             stage: self.stage,
-            seconds: self.bar.elapsed().as_secs_f64(),
+            seconds,
+            stepping_s: self.made.get().map_or(seconds, Duration::as_secs_f64),
             done: self.bar.position().min(of),
             of,
         }

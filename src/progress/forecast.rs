@@ -23,16 +23,24 @@ const AFTER_TRIES: f64 = 0.5;
 const BESIDE_LOOKS: f64 = 0.05;
 /// … and writing this.
 const WRITING: f64 = 0.1;
-/// A guess counts as much as if this share of a stage had shown it.
+/// A guess counts as much as what this share of a stage has shown.
 const GUESS_COUNTS: f64 = 0.03;
 
 /// What is known of the stages of a bake.
 #[derive(Debug, Default)]
 pub(super) struct Forecast {
-    /// Seconds and steps of stages that have ended.
-    ended: BTreeMap<Stage, (f64, u64)>,
+    /// Stages that have ended, with all their parts.
+    ended: BTreeMap<Stage, Ended>,
     /// Steps of stages to come, as far as they are known.
     expected: BTreeMap<Stage, u64>,
+}
+
+/// What a stage took.
+#[derive(Debug, Default)]
+struct Ended {
+    seconds: f64,
+    stepping_s: f64,
+    steps: u64,
 }
 
 /// How far a stage is.
@@ -40,6 +48,8 @@ pub(super) struct Forecast {
 pub(super) struct Now {
     pub(super) stage: Stage,
     pub(super) seconds: f64,
+    /// Seconds until its last step was made: what is done after that, without steps, tells nothing of how long steps take.
+    pub(super) stepping_s: f64,
     pub(super) done: u64,
     pub(super) of: u64,
 }
@@ -51,10 +61,11 @@ impl Forecast {
     }
 
     /// A stage, or a part of it, has ended.
-    pub(super) fn end(&mut self, Now { stage, seconds, of, .. }: Now) {
-        let (all_s, steps) = self.ended.entry(stage).or_default();
-        *all_s += seconds;
-        *steps += of;
+    pub(super) fn end(&mut self, now: Now) {
+        let ended = self.ended.entry(now.stage).or_default();
+        ended.seconds += now.seconds;
+        ended.stepping_s += now.stepping_s;
+        ended.steps += now.of;
     }
 
     /// Seconds that everything from now on takes; `None` while nobody can tell.
@@ -85,15 +96,17 @@ impl Forecast {
             seconds,
             done,
             of,
+            ..
         } = now
             && !self.ended.contains_key(&Stage::Glance)
         {
             return (done > 0).then(|| seconds * of as f64 / done as f64);
         }
-        let (ended_s, ended) = self.ended.get(&Stage::Glance).copied().unwrap_or_default();
+        let ended = self.ended.get(&Stage::Glance);
+        let (ended_s, ended) = ended.map_or((0.0, 0), |ended| (ended.stepping_s, ended.steps));
         let glancing = (now.stage == Stage::Glance).then_some(now);
         let glancing_s = match glancing {
-            Some(now) => (now.done > 0).then(|| now.seconds / gone_of_a_glance(now))?,
+            Some(now) => (now.done > 0).then(|| now.stepping_s / gone_of_a_glance(now))?,
             None => 0.0,
         };
         let steps = ended + glancing.map_or(0, |now| now.of);
@@ -106,7 +119,7 @@ impl Forecast {
 
     /// Seconds that have gone until now.
     pub(super) fn gone_s(&self, now: Now) -> f64 {
-        now.seconds + self.ended.values().map(|(seconds, _)| seconds).sum::<f64>()
+        now.seconds + self.ended.values().map(|ended| ended.seconds).sum::<f64>()
     }
 }
 
@@ -122,13 +135,17 @@ fn gone_of_a_glance(now: Now) -> f64 {
 /// Seconds that a stage still takes: as its steps did so far, and at first as it was guessed.
 fn rest_of(now: Now, guess_s: Option<f64>) -> f64 {
     let share = now.done.min(now.of) as f64 / now.of.max(1) as f64;
-    let (counts, guess_s) = guess_s.map_or((0.0, 0.0), |guess_s| (GUESS_COUNTS, guess_s));
-    let known = share + counts;
-    if known > 0.0 {
-        (1.0 - share) * (now.seconds + counts * guess_s) / known
-    } else {
-        0.0
-    }
+    let shown_s = (share > 0.0).then(|| now.seconds / share);
+    let guess_s = guess_s.filter(|guess_s| *guess_s > 0.0);
+    // Between the two as times are compared, by their ratio: steps that are slow to begin are no sign of hours.
+    let all_s = match (shown_s, guess_s) {
+        (Some(shown_s), Some(guess_s)) => {
+            let shows = share / (share + GUESS_COUNTS);
+            shown_s.powf(shows) * guess_s.powf(1.0 - shows)
+        }
+        (shown_s, guess_s) => shown_s.or(guess_s).unwrap_or(0.0),
+    };
+    (1.0 - share) * all_s.max(now.seconds)
 }
 
 #[cfg(test)]
@@ -139,6 +156,7 @@ mod tests {
         Now {
             stage,
             seconds,
+            stepping_s: seconds,
             done,
             of,
         }
@@ -151,7 +169,7 @@ mod tests {
         (Stage::Preview, 6.6, 312),
         (Stage::Smooth, 12.5, 83_996),
         (Stage::Visibility, 179.7, 312),
-        (Stage::Publish, 7.0, 312),
+        (Stage::Publish, 7.0, 936),
     ];
     /// … of a house of boxes, …
     const BOXES: [(Stage, f64, u64); 6] = [
@@ -160,7 +178,7 @@ mod tests {
         (Stage::Preview, 8.4, 280),
         (Stage::Smooth, 0.0, 0),
         (Stage::Visibility, 94.0, 280),
-        (Stage::Publish, 7.7, 280),
+        (Stage::Publish, 7.7, 840),
     ];
     /// … of a lawn with bushes that have pictures, of which many cells were joined, …
     const BUSHES: [(Stage, f64, u64); 7] = [
@@ -170,7 +188,7 @@ mod tests {
         (Stage::Smooth, 5.6, 268_812),
         (Stage::Impostors, 24.5, 80_640_000),
         (Stage::Visibility, 72.5, 31),
-        (Stage::Publish, 15.3, 31),
+        (Stage::Publish, 15.3, 93),
     ];
     /// … and of all of the floor plan.
     const MUSEUM: [(Stage, f64, u64); 6] = [
@@ -179,7 +197,7 @@ mod tests {
         (Stage::Preview, 41.9, 947),
         (Stage::Smooth, 19.4, 159_970),
         (Stage::Visibility, 395.0, 947),
-        (Stage::Publish, 12.0, 947),
+        (Stage::Publish, 12.0, 2841),
     ];
 
     /// Steps that a stage has done when this share of its time has gone: as glances were, the first fifth took a fifth of it, the
@@ -237,5 +255,33 @@ mod tests {
         let rest_s = forecast.rest_s(now(Stage::Visibility, 30.0, 5, 20)).unwrap();
         // 90 s of looks, and a tenth of all 120 s for writing.
         assert!((100.0..105.0).contains(&rest_s), "{rest_s}");
+    }
+
+    #[test]
+    fn what_comes_after_the_last_step_makes_no_look_longer() {
+        let forecast = Forecast::default();
+        let rest_s = |seconds: f64| {
+            let stepping_s = 10.0;
+            let now = Now {
+                stepping_s,
+                ..now(Stage::Glance, seconds, 1000, 1000)
+            };
+            forecast.rest_s(now).unwrap()
+        };
+        assert_eq!(rest_s(10.0), rest_s(40.0));
+    }
+
+    #[test]
+    fn a_stage_that_is_slow_to_begin_is_not_foretold_to_take_hours() {
+        let mut forecast = Forecast::default();
+        for &(stage, seconds, of) in &WING[..5] {
+            forecast.end(now(stage, seconds, of, of));
+            forecast.expect(Stage::Visibility, 312);
+        }
+        let guess_s = forecast.rest_s(now(Stage::Publish, 0.0, 0, 936)).unwrap();
+        for (seconds, done) in [(5.0, 0), (20.0, 0), (20.0, 3)] {
+            let rest_s = forecast.rest_s(now(Stage::Publish, seconds, done, 936)).unwrap();
+            assert!(rest_s <= 2.0 * guess_s.max(seconds), "{rest_s} s after {seconds} s");
+        }
     }
 }

@@ -30,6 +30,9 @@ pub(super) struct WrittenCells {
     pub(super) sizes: RecordSizes,
 }
 
+/// Steps of progress for each cell: its record, the steps to its neighbours, and writing both.
+pub(super) const STEPS: u64 = 3;
+
 /// Writes every record in both forms, and the steps between neighbours.
 pub(super) fn write_records(
     input: Input<'_>,
@@ -42,16 +45,24 @@ pub(super) fn write_records(
     let mut records: Vec<CellRecord> = cells
         .par_iter()
         .enumerate()
-        .map(|(id, (cell, seen))| CellRecord {
-            method: input.visibility.method.name().to_owned(),
-            guarantee: input.visibility.guarantee,
-            ..record(CellId(id as u32), cell, seen, entries, models)
+        .map(|(id, (cell, seen))| {
+            let record = CellRecord {
+                method: input.visibility.method.name().to_owned(),
+                guarantee: input.visibility.guarantee,
+                ..record(CellId(id as u32), cell, seen, entries, models)
+            };
+            progress.advance(1);
+            record
         })
         .collect();
     settle(&mut records);
     let steps: Vec<Steps> = records
         .par_iter()
-        .map(|from| Steps::between(from, from.adjacent.iter().map(|to| &records[to.index()])))
+        .map(|from| {
+            let steps = Steps::between(from, from.adjacent.iter().map(|to| &records[to.index()]));
+            progress.advance(1);
+            steps
+        })
         .collect();
     let neighbours = Neighbours {
         records: &records,

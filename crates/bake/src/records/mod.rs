@@ -145,7 +145,7 @@ pub fn write(
     progress: &dyn Progress,
 ) -> Result<Written, BakeError> {
     let ledger = Ledger::new(sink, &models.blobs);
-    progress.start(Stage::Publish, input.graph.cells.len() as u64);
+    progress.start(Stage::Publish, cells::STEPS * input.graph.cells.len() as u64);
     let entries = object_entries(input);
     let (models, packs) = packs::write(models, &models_seen(input), &input.graph.cells, &ledger)?;
     let models = &models[..];
