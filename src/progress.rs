@@ -141,14 +141,8 @@ impl Progress for BakeProgress {
             ProgressStyle::with_template(template)
                 .expect("the template is a constant")
                 .with_key("left", move |state: &ProgressState, to: &mut dyn std::fmt::Write| {
-                    let seconds = state.elapsed().as_secs_f64();
-                    let now = Now {
-                        stage,
-                        seconds,
-                        stepping_s: made_here.get().map_or(seconds, Duration::as_secs_f64),
-                        done: state.pos(),
-                        of: state.len().unwrap_or(0),
-                    };
+                    let steps = (state.pos(), state.len());
+                    let now = now(stage, state.elapsed(), &made_here, steps);
                     _ = write!(to, "{}", left(&locked(&forecast), now));
                 })
                 .progress_chars("━╸─"),
@@ -203,15 +197,8 @@ fn log(current: &Weak<Mutex<Option<Current>>>, forecast: &Mutex<Forecast>) {
 impl Current {
     /// How far it is.
     fn now(&self) -> Now {
-        let of = self.bar.length().unwrap_or(0);
-        let seconds = self.bar.elapsed().as_secs_f64();
-        Now {
-            stage: self.stage,
-            seconds,
-            stepping_s: self.made.get().map_or(seconds, Duration::as_secs_f64),
-            done: self.bar.position().min(of),
-            of,
-        }
+        let steps = (self.bar.position(), self.bar.length());
+        now(self.stage, self.bar.elapsed(), &self.made, steps)
     }
 
     fn line(&self, forecast: &Forecast) -> String {
@@ -222,6 +209,18 @@ impl Current {
             None | Some(0) => format!("{}: for {elapsed}{left}", now.stage),
             Some(share) => format!("{}: {share} %, for {elapsed}{left}", now.stage),
         }
+    }
+}
+
+/// How far a stage is whose bar is so far, and whose last step was `made` then, if it was.
+fn now(stage: Stage, elapsed: Duration, made: &OnceLock<Duration>, (done, of): (u64, Option<u64>)) -> Now {
+    let of = of.unwrap_or(0);
+    Now {
+        stage,
+        seconds: elapsed.as_secs_f64(),
+        stepping_s: made.get().unwrap_or(&elapsed).as_secs_f64(),
+        done: done.min(of),
+        of,
     }
 }
 

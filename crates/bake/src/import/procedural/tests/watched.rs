@@ -10,7 +10,8 @@ use crate::progress::Counted;
 /// What reading a source announces, and what it makes.
 fn counted(name: &str, bytes: Vec<u8>) -> (u64, u64) {
     let counted = Counted::default();
-    let files = Beside([("gate.dcg", GATE.into())].into());
+    let files = [("gate.dcg", GATE.into()), ("bench.glb", Gltf::triangle().glb())];
+    let files = Beside(files.into());
     import(name, bytes, &files, &Limits::default(), &counted).unwrap();
     (counted.announced.into_inner(), counted.made.into_inner())
 }
@@ -39,11 +40,6 @@ fn rules_at_nodes_take_their_part_of_the_import_each_wish_once() {
 
 #[test]
 fn a_file_that_rules_place_is_part_of_their_growth() {
-    let files = Beside([("bench.glb", Gltf::triangle().glb())].into());
-    let count = |text: &str| {
-        let counted = Counted::default();
-        import("world.dcg", text.into(), &files, &Limits::default(), &counted).unwrap();
-        (counted.announced.into_inner(), counted.made.into_inner())
-    };
+    let count = |text: &str| counted("world.dcg", text.into());
     assert_eq!(count("box(1, 1, 1) model \"bench.glb\""), count("box(1, 1, 1)"));
 }
