@@ -30,7 +30,8 @@ const SHADOW = /* glsl */ `
 #if defined( USE_SHADOWMAP ) && NUM_DIR_LIGHT_SHADOWS > 0
 float lookAtTile(sampler2DShadow map, vec2 fromCentre, float depth, float slope, int tile, float growth) {
   float lift = min(${float(LIFT_PX.level)} + ${float(LIFT_PX.slope)} * slope, ${float(LIFT_PX.most)});
-  vec3 at = vec3(growth * fromCentre + 0.5, depth - lift / (growth * ${float(TILE_PX * DEPTH_REACH)}));
+  // Beyond what the map reaches all is lit that nothing stands before: depths of floating point are compared as they are.
+  vec3 at = vec3(growth * fromCentre + 0.5, min(depth - lift / (growth * ${float(TILE_PX * DEPTH_REACH)}), 1.0));
   at.y = (at.y + float(tile)) / ${float(TILES)};
   vec2 step = ${float(SOFT_PX / TILE_PX)} * vec2(1.0, 1.0 / ${float(TILES)});
   float lit = 0.0;

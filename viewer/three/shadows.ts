@@ -1,12 +1,11 @@
 /** What of the shadows of the sun is to be done in a frame? Ties together whether they are drawn here, when, and how. */
 import type { DirectionalLight, Object3D, WebGLRenderer } from "three";
 import type { Vec3 } from "../core/basics/geometry.ts";
+import { DARKNESS } from "./daylight.ts";
 import { type Casting, ShadowMap } from "./shadowmap.ts";
 import { ShadowTurns } from "./shadowturns.ts";
 import type { ShadowUse } from "./shadowuse.ts";
 
-/** How much of the sun a shadow takes: light comes from walls and ground, too, so that rooms are not dark. */
-const DARKNESS = 0.6;
 /** Of the time between frames shadows take this share, and so long at most, once something has begun. */
 const [SHARE, MOST_MS] = [0.1, 30];
 

@@ -4,8 +4,6 @@
  */
 import {
   ACESFilmicToneMapping,
-  Color,
-  DirectionalLight,
   type Object3D,
   PerspectiveCamera,
   Plane,
@@ -18,6 +16,7 @@ import {
 import { type Bounds, diagonal_m, type Vec3 } from "../core/basics/geometry.ts";
 import { Resolution } from "../core/pace/resolution.ts";
 import type { Eye } from "../core/strategy/sight.ts";
+import { FILL, lamp, SKYLIGHT, SUN } from "./daylight.ts";
 import { nextTask, Programs, rarerMeshes, usualMeshes } from "./programs.ts";
 import { shade } from "./shading.ts";
 import type { Casting } from "./shadowmap.ts";
@@ -34,8 +33,6 @@ const NEAR_SHARE = 0.01;
 /** Nor what is nearer than this share of the way to the nearest thing that can be seen: other people may be on the way. */
 const NEAR_OF_CLEARANCE = 0.03;
 const MAX_PIXEL_RATIO = 2;
-/** How bright the light from all around is beside the sun. */
-const SKYLIGHT = 0.68;
 /** Pixels are given up until the picture is so small, a share of its full width and height. */
 const LEAST_SCALE = 0.35;
 
@@ -66,7 +63,7 @@ export class Stage {
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
   private readonly renderer: WebGLRenderer;
   private readonly sky = new Sky();
-  private readonly sun = new DirectionalLight(new Color(0xffecd0), 2);
+  private readonly sun = lamp(SUN);
   /** Where they are drawn. */
   private readonly shadows: Shadows | undefined;
   private readonly programs: Programs;
@@ -363,11 +360,7 @@ export class Stage {
   private light(): void {
     this.scene.environment = skylight();
     this.scene.environmentIntensity = SKYLIGHT;
-    // Two lights from unequal sides, so that walls of every direction differ in tone.
-    this.sun.position.set(0.55, 0.9, 0.35).normalize();
-    const fill = new DirectionalLight(new Color(0xbfd4f2), 0.55);
-    fill.position.set(-0.7, 0.35, -0.4);
-    this.scene.add(this.sun, fill, this.sky.mesh);
+    this.scene.add(this.sun, lamp(FILL), this.sky.mesh);
     this.scene.fog = this.sky.haze;
   }
 }
