@@ -28,7 +28,7 @@ export const SKYLIGHT = 0.68;
  * How much of the sun a shadow takes: light comes from walls and ground, too, so that rooms are not dark. Far shadows on the ground are
  * strips of a few pixels to one who stands there: they must be much darker than one stone is beside another.
  */
-export const DARKNESS = 0.85;
+export const DARKNESS = 0.8;
 
 export function lamp({ towards, colour, intensity }: Lamp): DirectionalLight {
   const light = new DirectionalLight(colour, intensity);
