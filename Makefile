@@ -9,7 +9,7 @@ EVALUATION ?=
 STREAMS ?=
 MINUTES ?= 20
 
-.PHONY: demo test check viewer tools test-rust test-viewer test-levels test-browser test-api test-services test-private test-cache test-dist deny evaluation streams soak dist bless clean
+.PHONY: demo test check viewer tools build-tests test-rust test-viewer test-levels test-browser test-api test-services test-private test-cache test-dist deny evaluation streams soak dist bless clean
 
 ## Build, bake the built-in worlds, serve them and print the address.
 demo:
@@ -18,11 +18,11 @@ demo:
 	$(CARGO) run --release --locked -- demo --listen $(LISTEN) --data $(DATA)
 
 ## Every test that needs no service: format, lints, unit, property, golden, end-to-end, levels in others' readers, a real browser, the API
-## against its description, an nginx in front, what a release packs. What waits more than it computes runs two at a time; each is
-## printed when it is over, and one that fails stops no other.
-test: tools check test-rust
+## against its description, an nginx in front, what a release packs. When all is built they run two at a time, since most wait more than
+## they compute; each is printed when it is over, and one that fails stops no other.
+test: tools check build-tests
 	@$(MAKE) --no-print-directory --jobs=2 --output-sync=target --keep-going \
-		test-browser test-viewer test-levels test-api test-private test-cache test-dist
+		test-rust test-browser test-viewer test-levels test-api test-private test-cache test-dist
 
 # Examples are documented, too, since with them dependencies have the features of tests, as Clippy has checked them.
 check: viewer
@@ -30,6 +30,9 @@ check: viewer
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --workspace --lib --bin streams --examples --no-deps --document-private-items --quiet
 	cd viewer && $(NPM) run check
+
+build-tests: viewer
+	$(CARGO) test --locked --workspace --no-run
 
 test-rust: viewer
 	$(CARGO) test --locked --workspace --no-fail-fast
