@@ -30,6 +30,7 @@ mod cast;
 mod copies;
 mod flatten;
 mod limits;
+mod main_part;
 mod mesh;
 mod small;
 #[cfg(test)]
@@ -44,6 +45,7 @@ use flatten::{Placing, sample_points};
 pub use limits::{MAX_PLACED_TRIANGLES, MAX_REACH_M, MAX_TRIANGLES, MIN_SIZE_M, WorldError};
 use limits::{check_extent, check_reach, check_size};
 pub(crate) use limits::{check_place, check_placed};
+pub(crate) use main_part::{FAR, MainPart};
 use mesh::Mesh;
 pub(crate) use tree::tree_over;
 pub use triangle::Triangle;

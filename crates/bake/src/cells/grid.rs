@@ -6,25 +6,17 @@
 use belvedere_scene::Bounds;
 use glam::Vec3;
 
-use super::CellSettings;
-use crate::world::{Triangle, World};
+use super::{CellSettings, built::built};
+use crate::world::World;
 
 /// How much further apart each line outside the scene is than the one before.
 const OUTSIDE_GROWTH: f32 = 1.5;
-/// A face stands upright when its normal rises no more than this.
-const UPRIGHT: f32 = 0.05;
-/// This share of what stands upright may lie beyond either end of what counts as built …
-const OUTLIERS: f64 = 0.01;
-/// … with so much of its size around it as room.
-const ROOM: f32 = 0.05;
-/// What is built takes all of a scene of which it takes more than this share.
-const MOSTLY: f32 = 0.5;
-/// What is built is no smaller than this share of the scene.
-const MIN_BUILT: f32 = 1.0 / 64.0;
 /// Voxels are no smaller than this share of the scene.
 const FINEST: f32 = 16.0 * f32::EPSILON;
-/// Nor is any wider, around what is built, than this share of it, or than a cell of the country.
+/// Nor is any wider, around what is built, than this share of it, or than a cell of the country …
 const COARSEST: f32 = 1.0 / 256.0;
+/// … but under a sky, where that were too many of them: than this one.
+const COARSEST_IN_THE_SKY: f32 = 1.0 / 64.0;
 /// A scene that is less than so many metres long is taken for a model of one that is as long, as a doll's house is one of a house,
 /// and cut along the same walls …
 const HOUSE_M: f32 = 10.0;
@@ -78,7 +70,9 @@ impl Grid {
             let near = |reach: &f32| *reach <= VIEWPOINT_REACH * scene_m;
             viewpoints.iter().map(reach).filter(near).fold(0.0, f32::max)
         };
-        let widest_m = (settings.max_cell_m * metre).max(COARSEST * scene_m);
+        let is_under_a_sky = (built[1] - built[0]).y < (max - min).y;
+        let coarsest = if is_under_a_sky { COARSEST_IN_THE_SKY } else { COARSEST };
+        let widest_m = (settings.max_cell_m * metre).max(coarsest * scene_m);
         // No finer than single precision tells lines apart.
         let mut voxel_m = (settings.voxel_m * metre).max(FINEST * scene_m);
         loop {
@@ -283,54 +277,6 @@ impl Planes {
         }
         lines
     }
-}
-
-/// The box that holds nearly all of what stands upright and hides, with some room around it, rounded so that a house that
-/// moves hardly ever changes it; all of the scene where that is no smaller, and in height.
-fn built(world: &World, [min, max]: [Vec3; 2]) -> [Vec3; 2] {
-    let upright = |triangle: &Triangle| {
-        let [a, b, c] = triangle.corners;
-        let doubled = (b - a).cross(c - a);
-        triangle.hides() && doubled.y.abs() <= UPRIGHT * doubled.length()
-    };
-    let faces = || world.triangles().filter(upright);
-    let [mut low, mut high] = [min, max];
-    for axis in [0, 2] {
-        let mut places: Vec<(f32, f64)> = faces()
-            .map(|t| {
-                let middle = (t.corners[0][axis] + t.corners[1][axis] + t.corners[2][axis]) / 3.0;
-                (middle, breadth_m2(&t))
-            })
-            .collect();
-        places.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let most_m2 = OUTLIERS * places.iter().map(|(_, area)| area).sum::<f64>();
-        if let (Some(from), Some(to)) = (after(places.iter(), most_m2), after(places.iter().rev(), most_m2)) {
-            let size = (to - from).max(MIN_BUILT * (max - min).max_element());
-            let step = size.log2().floor().exp2() / 8.0;
-            let start = (((from - ROOM * size) / step).floor() * step).max(min[axis]);
-            let end = (((to + ROOM * size) / step).ceil() * step).min(max[axis]);
-            if end - start < MOSTLY * (max[axis] - min[axis]) {
-                (low[axis], high[axis]) = (start, end);
-            }
-        }
-    }
-    [low, high]
-}
-
-/// The square of the least height of a triangle: about its area, but little for the long thin sides of a slab of ground.
-fn breadth_m2(triangle: &Triangle) -> f64 {
-    let [a, b, c] = triangle.corners;
-    let longest_m = (b - a).length().max((c - b).length()).max((a - c).length());
-    f64::from(2.0 * triangle.area_m2() / longest_m.max(f32::MIN_POSITIVE)).powi(2)
-}
-
-/// The first place after so much area.
-fn after<'a>(mut places: impl Iterator<Item = &'a (f32, f64)>, mut area_m2: f64) -> Option<f32> {
-    let place = places.find(|(_, area)| {
-        area_m2 -= area;
-        area_m2 < 0.0
-    });
-    place.map(|(place, _)| *place)
 }
 
 /// The ends of the scene, the given lines and as many between every two of them as `between` says.

@@ -24,6 +24,7 @@
 //! to within one voxel. Cost: linear in triangles and in voxels times the depth of the partition.
 
 pub mod author;
+mod built;
 mod doors;
 mod eye_level;
 mod grid;
