@@ -159,12 +159,15 @@ fn planted(
     })
 }
 
+/// A file that was read, and the box around it.
+type PlacedFile = (Result<Imported, ImportError>, Option<Bounds>);
+
 /// glTF files that rules place, each read once, when its box is asked for first.
 struct Placed<'a> {
     beside: Beside<'a>,
     program: &'a Program,
     on: (Ground<'a>, &'a Budget),
-    known: RefCell<BTreeMap<String, (Result<Imported, ImportError>, Option<Bounds>)>>,
+    known: RefCell<BTreeMap<String, PlacedFile>>,
 }
 
 impl<'a> Placed<'a> {
