@@ -8,24 +8,26 @@ use std::{
 
 use anyhow::Context;
 use belvedere_bake::{
+    cells::author,
     defect::Defect,
     glb::write_whole,
     import::{
         Limits, is_gltf,
-        procedural::{Ground, Growth, Sowing, plant},
+        procedural::{Ground, Growth, measure, plant},
     },
+    source::SourceScene,
     world::MAX_PLACED_TRIANGLES,
 };
 use belvedere_scene::{
     Bounds,
-    procedural::{Settings, limits::FINEST},
+    procedural::{Settings, limits::Usage},
 };
 use serde::{Serialize, Serializer};
 
 use super::{
     growing::Growing,
     output::{bytes, counted, print, print_json},
-    sowing::{SowingArgs, told},
+    sowing::{GrowthArgs, told},
 };
 use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
 
@@ -37,11 +39,11 @@ pub(super) struct Args {
     #[arg(short, long)]
     output: Option<PathBuf>,
     #[command(flatten)]
-    sowing: SowingArgs,
-    /// The level of detail, from 0 (coarsest) to 4 (finest)
-    #[arg(long, default_value_t = FINEST, value_parser = detail, allow_negative_numbers = true)]
-    detail: u32,
-    /// Print the report as JSON
+    growth: GrowthArgs,
+    /// Grow no triangle: find a box that holds the model, parts that say `within` taken by their word
+    #[arg(long, conflicts_with = "output")]
+    bounds: bool,
+    /// Print the report as JSON; of a model without triangles, glTF files and boxes, `bounds` is null
     #[arg(long)]
     json: bool,
 }
@@ -60,8 +62,8 @@ pub(super) struct Report {
     own_triangles: u64,
     /// Those of the stored ones that have no area and are left out of what is written.
     without_area: u64,
-    /// A box that holds the model, what it has for the bake alone included.
-    bounds: Bounds,
+    /// A box that holds the model, what it has for the bake alone included; null where nothing is held.
+    bounds: Option<Bounds>,
     /// Edges of a box around the objects, metres.
     size_m: [f64; 3],
     /// Cells, portals and occluders: no objects.
@@ -72,12 +74,12 @@ pub(super) struct Report {
     parameters_told: Vec<String>,
     /// For each limit what was used and what may be used.
     #[serde(serialize_with = "by_name")]
-    limits: Vec<(&'static str, [u64; 2])>,
+    limits: Vec<Taken>,
     /// Why nothing is drawn, for a person.
     #[serde(skip)]
     nothing: Option<&'static str>,
-    /// Why a bake would refuse it, for a person.
-    #[serde(skip)]
+    /// Why a bake would refuse it.
+    #[serde(skip_serializing_if = "Option::is_none")]
     refused: Option<String>,
     seconds: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -104,19 +106,24 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         "cannot grow {name}: this is glTF or an archive, and `grow` takes rules (.dcg); `belvedere inspect` tells what is in it, \
          `belvedere bake` publishes it, and rules place it with `model`"
     );
-    let Sowing { seed, parameters } = args.sowing.try_into()?;
-    let settings = Settings {
-        seed,
-        detail: args.detail,
-        parameters,
-        ..Settings::default()
-    };
+    let settings = args.growth.try_into()?;
     let started = Instant::now();
     let ground = Ground {
         files: &SourceFolder::beside(&args.file),
         limits: &limits,
         progress: &Growing::new(),
     };
+    if args.bounds {
+        let measured = measure(&name, read, &settings, ground)
+            .map_err(told)
+            .with_context(|| format!("cannot measure {name}"))?;
+        let found = Found::of(&measured, &settings, started.elapsed());
+        return if args.json {
+            print_json(&found)
+        } else {
+            print(&found.sentences(&name))
+        };
+    }
     let growth = plant(&name, read, &settings, ground)
         .map_err(told)
         .with_context(|| format!("cannot grow {name}"))?;
@@ -133,20 +140,71 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     print(&report.sentences(&name))
 }
 
-fn detail(text: &str) -> Result<u32, String> {
-    let detail = text.parse().ok().filter(|detail| *detail <= FINEST);
-    detail.ok_or_else(|| format!("a level of detail is a whole number from 0 to {FINEST}"))
-}
+type Taken = (&'static str, [u64; 2]);
 
-fn by_name<S: Serializer>(limits: &[(&'static str, [u64; 2])], to: S) -> Result<S::Ok, S::Error> {
+fn by_name<S: Serializer>(limits: &[Taken], to: S) -> Result<S::Ok, S::Error> {
     to.collect_map(limits.iter().copied())
 }
 
-/// Why a bake would refuse so many triangles, all copies counted; `None` where it does not.
-pub(super) fn refusal(placed: usize) -> Option<String> {
-    (placed > MAX_PLACED_TRIANGLES).then(|| {
-        format!("a bake would refuse it, with more than {MAX_PLACED_TRIANGLES} placed triangles: bake it in parts")
-    })
+fn used(limits: &[Taken]) -> String {
+    let limit = |(what, [used, limit]): &Taken| format!("{used} of {limit} {what}");
+    format!("  used {}", limits.iter().map(limit).collect::<Vec<_>>().join(", "))
+}
+
+/// Why a bake would refuse a scene, for its triangles with all copies or for the cells that its author has drawn; `None`
+/// where it does not.
+pub(super) fn refusal(scene: &SourceScene) -> Option<String> {
+    if scene.placed_triangles() > MAX_PLACED_TRIANGLES {
+        return Some(format!(
+            "a bake would refuse it, with more than {MAX_PLACED_TRIANGLES} placed triangles: bake it in parts"
+        ));
+    }
+    let refusal = author::refusal(&scene.authored)?;
+    Some(format!("a bake would refuse it: {refusal}"))
+}
+
+/// A box that holds what is not grown, and what it took to find it.
+#[derive(Debug, Serialize)]
+struct Found {
+    /// Null where nothing is held.
+    bounds: Option<Bounds>,
+    size_m: [f64; 3],
+    #[serde(serialize_with = "by_name")]
+    limits: Vec<Taken>,
+    seconds: f64,
+}
+
+impl Found {
+    fn of((bounds, usage): &(Bounds, Usage), settings: &Settings, time: Duration) -> Self {
+        let limits = usage.of(&settings.limits).into_iter();
+        // Nothing is grown of these.
+        let limits = limits.filter(|(name, ..)| *name != "triangles");
+        Self {
+            bounds: holding(*bounds),
+            size_m: bounds.size_m(),
+            limits: limits.map(|(name, used, limit)| (name, [used, limit])).collect(),
+            seconds: time.as_secs_f64(),
+        }
+    }
+
+    fn sentences(&self, name: &str) -> String {
+        let held = match self.bounds {
+            None => "  there is nothing to hold".to_owned(),
+            Some(Bounds { min, max }) => {
+                let size = self.size_m.map(|length| format!("{length:.1}")).join(" × ");
+                format!("  within {min:?} and {max:?}, {size} m, found in {:.3} s", self.seconds)
+            }
+        };
+        format!(
+            "{name}: a box that holds it, without growing it\n{held}\n{}",
+            used(&self.limits)
+        )
+    }
+}
+
+/// A box, if it holds anything.
+fn holding(bounds: Bounds) -> Option<Bounds> {
+    (!bounds.is_empty()).then_some(bounds)
 }
 
 /// What two boxes that both hold something have in common, which holds it too.
@@ -174,7 +232,7 @@ impl Report {
             triangles: placed as u64,
             own_triangles: grown.usage.triangles,
             without_area: growth.without_area(),
-            bounds: grown.parts[0].bounds,
+            bounds: holding(grown.parts[0].bounds),
             size_m: common(&scene.bounds(), &grown.parts[0].bounds).size_m(),
             shapes: authored.cells.len() + authored.portals.len() + authored.occluders.len(),
             parameters: program.parameters().map(str::to_owned).collect(),
@@ -186,7 +244,7 @@ impl Report {
                 .collect(),
             seconds: time.as_secs_f64(),
             nothing: scene.objects.is_empty().then(|| growth.nothing_drawn()),
-            refused: refusal(placed),
+            refused: refusal(scene),
             bytes: None,
             defects: Vec::new(),
         }
@@ -194,7 +252,6 @@ impl Report {
 
     /// The report for a person.
     pub(super) fn sentences(&self, name: &str) -> String {
-        let limit = |(what, [used, limit]): &(&str, [u64; 2])| format!("{used} of {limit} {what}");
         let size = self.size_m;
         let mut lines = vec![
             format!(
@@ -212,10 +269,7 @@ impl Report {
                 size[2],
                 self.seconds
             ),
-            format!(
-                "  used {}",
-                self.limits.iter().map(limit).collect::<Vec<_>>().join(", ")
-            ),
+            used(&self.limits),
         ];
         lines.extend(self.refused.iter().map(|refused| format!("  {refused}")));
         lines.extend(self.nothing.iter().map(|nothing| format!("  {nothing}")));
@@ -225,11 +279,12 @@ impl Report {
                 self.without_area
             ));
         }
-        if self.shapes > 0 {
-            lines.push(format!(
-                "  {} cells, portals and occluders are for the bake and no objects",
-                self.shapes
-            ));
+        match self.shapes {
+            0 => {}
+            1 => lines.push("  1 cell, portal or occluder is for the bake and no object".to_owned()),
+            shapes => lines.push(format!(
+                "  {shapes} cells, portals and occluders are for the bake and no objects"
+            )),
         }
         if !self.parameters_told.is_empty() {
             lines.push(format!("  parameters: {}", self.parameters_told.join("; ")));

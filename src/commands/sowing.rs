@@ -1,21 +1,65 @@
 //! What are rules given on the command line? `--set NAME=VALUE` and `--seed`, the same for every command that grows them.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ffi::OsStr};
 
 use belvedere_bake::import::{ImportError, procedural::Sowing};
 use belvedere_scene::procedural::{
-    Value,
-    limits::{MAX_LIST_DEPTH, reached},
+    Settings, Value,
+    limits::{FINEST, MAX_LIST_DEPTH, reached},
+};
+use clap::{
+    Arg, Command,
+    builder::TypedValueParser,
+    error::{Error, ErrorKind},
 };
 
 #[derive(Debug, clap::Args)]
 pub(super) struct SowingArgs {
     /// A parameter of the rules: `--set height=12`; a list as in JSON: `--set 'footprint=[[0,0],[8,0],[8,6]]'`
-    #[arg(long, value_name = "NAME=VALUE", value_parser = parameter)]
+    #[arg(long, value_name = "NAME=VALUE", value_parser = Parameter)]
     set: Vec<(String, Value)>,
     /// Where the random numbers of rules come from
     #[arg(long, default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u32,
+}
+
+/// The same, and how fine it grows, for commands that grow rules and bake nothing.
+#[derive(Debug, clap::Args)]
+pub(super) struct GrowthArgs {
+    #[command(flatten)]
+    sowing: SowingArgs,
+    /// The level of detail of rules, from 0 (coarsest) to 4 (finest)
+    #[arg(long, default_value_t = FINEST, value_parser = detail, allow_negative_numbers = true)]
+    detail: u32,
+}
+
+/// Refuses them where there is nothing that grows, for the reason that is given.
+pub(super) fn refuse_given(GrowthArgs { sowing, detail }: &GrowthArgs, because: &str) -> anyhow::Result<()> {
+    let is_none = sowing.set.is_empty() && sowing.seed == 0 && *detail == FINEST;
+    anyhow::ensure!(
+        is_none,
+        "`--set`, `--seed` and `--detail` are for rules (.dcg), and {because}: leave them out"
+    );
+    Ok(())
+}
+
+impl TryFrom<GrowthArgs> for Settings {
+    type Error = anyhow::Error;
+
+    fn try_from(GrowthArgs { sowing, detail }: GrowthArgs) -> anyhow::Result<Self> {
+        let Sowing { seed, parameters } = sowing.try_into()?;
+        Ok(Self {
+            seed,
+            detail,
+            parameters,
+            ..Self::default()
+        })
+    }
+}
+
+fn detail(text: &str) -> Result<u32, String> {
+    let detail = text.parse().ok().filter(|detail| *detail <= FINEST);
+    detail.ok_or_else(|| format!("a level of detail is a whole number from 0 to {FINEST}"))
 }
 
 impl TryFrom<SowingArgs> for Sowing {
@@ -63,23 +107,40 @@ fn seed(text: &str) -> Result<u32, String> {
         .map_err(|_| format!("a seed is a whole number from 0 to {}", u32::MAX))
 }
 
+/// Reads `NAME=VALUE`. What is wrong is told once, and no more of a long value than its beginning.
+#[derive(Debug, Clone)]
+struct Parameter;
+
+impl TypedValueParser for Parameter {
+    type Value = (String, Value);
+
+    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<Self::Value, Error> {
+        parameter(&value.to_string_lossy())
+            .map_err(|wrong| Error::raw(ErrorKind::ValueValidation, format!("`--set`: {wrong}\n")).with_cmd(command))
+    }
+}
+
 fn parameter(text: &str) -> Result<(String, Value), String> {
-    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE")?;
+    let missing = || format!("`{}` has no `=`; write NAME=VALUE", beginning(text));
+    let (name, value) = text.split_once('=').ok_or_else(missing)?;
     if name.trim().is_empty() {
         return Err("before `=` the name of a parameter is missing; write NAME=VALUE".to_owned());
     }
     // JSON of lists that are much deeper is not read at all.
     if deepest(value) > MAX_LIST_DEPTH as usize {
         let reached = reached("lists inside each other", MAX_LIST_DEPTH.into());
-        return Err(format!("the value of `{}` has {reached}", name.trim()));
+        return Err(format!("the value of `{}` has {reached}", beginning(name.trim())));
     }
-    let json = serde_json::from_str(value).map_err(|cause| format!("{}{}", unread(value), place_in(value, &cause)))?;
-    let value = Value::from_json(&json).ok_or_else(|| format!("{} of them", unread(value)))?;
+    let unread = || {
+        format!(
+            "the value of `{}` is neither a number nor a list of them: `{}`",
+            beginning(name.trim()),
+            beginning(value)
+        )
+    };
+    let json = serde_json::from_str(value).map_err(|cause| format!("{}{}", unread(), place_in(value, &cause)))?;
+    let value = Value::from_json(&json).ok_or_else(unread)?;
     Ok((name.trim().to_owned(), value))
-}
-
-fn unread(value: &str) -> String {
-    format!("`{}` is neither a number nor a list", beginning(value))
 }
 
 /// Where a long value goes wrong.
@@ -93,12 +154,19 @@ fn place_in(value: &str, cause: &serde_json::Error) -> String {
 }
 
 /// Most letters of a value that a message repeats.
-const MOST_SHOWN: usize = 60;
+const MOST_SHOWN: usize = 120;
 
+/// The beginning of what may be long, without what a terminal would take for an order.
 fn beginning(value: &str) -> String {
-    match value.char_indices().nth(MOST_SHOWN) {
-        Some((end, _)) => format!("{}…", &value[..end]),
-        None => value.to_owned(),
+    let mut letters = value.chars();
+    let shown: String = letters
+        .by_ref()
+        .take(MOST_SHOWN)
+        .map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c })
+        .collect();
+    match letters.next() {
+        Some(_) => shown + "…",
+        None => shown,
     }
 }
 
@@ -173,14 +241,18 @@ mod tests {
         );
         assert_eq!(
             parameter("a=tall").unwrap_err(),
-            "`tall` is neither a number nor a list"
+            "the value of `a` is neither a number nor a list of them: `tall`"
         );
         assert_eq!(
             parameter("a=[1, {}]").unwrap_err(),
-            "`[1, {}]` is neither a number nor a list of them"
+            "the value of `a` is neither a number nor a list of them: `[1, {}]`"
         );
         let long = parameter(&format!("a=[{}x]", "1, ".repeat(500))).unwrap_err();
-        assert!(long.contains("from letter 1502 on: `x]`") && long.len() < 200, "{long}");
+        assert!(long.contains("from letter 1502 on: `x]`") && long.len() < 250, "{long}");
+        let long = parameter(&"x".repeat(70_000)).unwrap_err();
+        assert!(long.contains("write NAME=VALUE") && long.len() < 250, "{long}");
+        let order = parameter("a=\u{1b}[2J").unwrap_err();
+        assert!(!order.contains('\u{1b}'), "{order:?}");
         for wrong in ["=3", " = 3", "height"] {
             assert!(parameter(wrong).unwrap_err().contains("NAME=VALUE"), "{wrong}");
         }

@@ -113,6 +113,11 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
         ("--detail", "-1", "from 0 to 4"),
         ("--detail", "5", "from 0 to 4"),
         ("--set", "=3", "the name of a parameter is missing"),
+        (
+            "--set",
+            "size=tall",
+            "`--set`: the value of `size` is neither a number nor a list of them: `tall`",
+        ),
     ] {
         let refused = data.run(&["grow", &file, option, value]);
         let said = text(&refused.stderr);
@@ -170,6 +175,28 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
         let wanted = "long.dcg, line 1, column 1: more than 1048576 bytes of text; make it smaller";
         assert!(error.contains(wanted), "{error}");
     }
+    let long = format!("size={}", "x".repeat(100_000));
+    assert!(text(&data.run(&["grow", &file, "--set", &long]).stderr).len() < 600);
+    let prism = data.write("prism.dcg", "parameter fp = [[0, 0], [4, 0], [0, 3]]\nprism(fp, 2)");
+    let error = data.fails(&["grow", prism.to_str().expect("UTF-8"), "--set", "fp=4"]);
+    assert!(
+        error.contains("prism.dcg, line 2, column 7: ")
+            && error.contains("`fp` was given a number, and its default is a list"),
+        "{error}"
+    );
+    let large = data.ok(&["inspect", &file, "--set", "size=9", "--detail", "0", "--seed", "2"]);
+    assert_ne!(large, data.ok(&["inspect", &file, "--detail", "0", "--seed", "2"]));
+    let error = data.fails(&["inspect", &file, "--set", "sise=9"]);
+    assert!(
+        error.contains("`--set`") && error.contains("did you mean `size`?"),
+        "{error}"
+    );
+    let plan = data.write("room.plan", "");
+    let error = data.fails(&["inspect", plan.to_str().expect("UTF-8"), "--detail", "2"]);
+    assert!(
+        error.contains("for rules (.dcg), and room.plan is none: leave them out"),
+        "{error}"
+    );
     let twice = data.fails(&["grow", &file, "--set", "size=3", "--set", "size=4"]);
     assert!(twice.contains("`--set size=…` is given twice"), "{twice}");
     let endless = data.folder("endless.dcg");
@@ -179,6 +206,65 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
         let error = data.fails(command);
         assert!(error.contains("endless.dcg is not a regular file"), "{error}");
     }
+}
+
+#[test]
+fn cells_that_a_bake_refuses_are_told_by_grow_and_inspect_too() {
+    let data = Data::new();
+    let file = data.write(
+        "hall.dcg",
+        "box(1, 1, 1)\n  called \"cell:hall\" prism([[0, 0], [4, 0], [4, 4], [2, 1]], 3)",
+    );
+    let file = file.to_str().expect("UTF-8");
+    let wanted = "hall.dcg, line 2, column 3: author's cell `cell:hall` is not convex: it reaches ";
+    for command in ["grow", "inspect"] {
+        let said = data.ok(&[command, file]);
+        assert!(said.contains(&format!("  a bake would refuse it: {wanted}")), "{said}");
+        assert!(
+            said.contains("  1 cell, portal or occluder is for the bake and no object"),
+            "{said}"
+        );
+    }
+    let report: Value = serde_json::from_str(&data.ok(&["grow", file, "--json"])).expect("JSON");
+    assert!(
+        report["refused"].as_str().is_some_and(|told| told.contains(wanted)),
+        "{report}"
+    );
+    let error = data.fails(&["bake", file, "--scene", "hall"]);
+    assert!(error.contains(wanted), "{error}");
+}
+
+#[test]
+fn bounds_are_found_without_growing() {
+    let data = Data::new();
+    let file = data.write(
+        "grove.dcg",
+        "part tree(h) within [-h, 0, -h] to [h, 2 * h, h] { for i in 1000 sphere(h, sides = 256) } parameter h = 2 move(9, 0, 0) tree(h)",
+    );
+    let file = file.to_str().expect("UTF-8");
+    let said = data.ok(&["grow", file, "--bounds"]);
+    assert!(
+        said.contains("within [7.0, 0.0, -2.0] and [11.0, 4.0, 2.0], 4.0 × 4.0 × 4.0 m")
+            && said.contains("used 1 of 64 levels"),
+        "{said}"
+    );
+    let found: Value =
+        serde_json::from_str(&data.ok(&["grow", file, "--bounds", "--json", "--set", "h=3"])).expect("JSON");
+    assert_eq!(
+        found["bounds"],
+        serde_json::json!({"min": [6.0, 0.0, -3.0], "max": [12.0, 6.0, 3.0]})
+    );
+    assert_eq!(found["limits"]["parts"], serde_json::json!([2, 65536]));
+    let empty = data.write("empty.dcg", "rule r() {}");
+    let empty = empty.to_str().expect("UTF-8");
+    for arguments in [&["grow", empty, "--json"][..], &["grow", empty, "--bounds", "--json"]] {
+        let report: Value = serde_json::from_str(&data.ok(arguments)).expect("JSON");
+        assert_eq!(report["bounds"], Value::Null);
+    }
+    assert!(
+        data.ok(&["grow", empty, "--bounds"])
+            .contains("there is nothing to hold")
+    );
 }
 
 /// Rules by the names that an object info gives them.

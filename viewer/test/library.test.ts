@@ -73,7 +73,7 @@ it("the examples run in Node, with the core by its name in the package", async (
         "../gate.dcg",
         '"../gate.dcg" cannot be imported: it lies outside of the source\'s folder: put it beside the source',
       ],
-      [join(outside, "gate.dcg"), "it lies outside of the source's folder: put it beside the source"],
+      [join(outside, "gate.dcg"), "it begins with `/`, at the root of a disk: put the file beside the source"],
       ["absent.dcg", '"absent.dcg" cannot be imported: there is no such file beside the rules'],
       ["link.dcg", "a link leads out of the source's folder"],
     ] as const) {

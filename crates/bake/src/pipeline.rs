@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use crate::{
     cells::{
-        self, CellGraph, CellSettings,
-        author::{AuthorError, Drawn, SoundCells},
+        self, AuthorError, CellGraph, CellSettings,
+        author::{Drawn, SoundCells},
     },
     cutting::Cutting,
     defect::Defects,
@@ -395,6 +395,7 @@ mod tests {
         AuthoredShape {
             node: node.to_owned(),
             triangles: triangles.collect(),
+            said: None,
         }
     }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use belvedere_scene::Bounds;
 use belvedere_scene::impostor::Wish;
-use belvedere_scene::procedural::Recipe;
+use belvedere_scene::procedural::{DcgError, Recipe};
 use glam::{DMat3, DMat4, DVec3};
 
 use crate::growable::Tie;
@@ -45,6 +45,21 @@ pub struct Authored {
     pub occluders: Vec<AuthoredShape>,
 }
 
+impl Authored {
+    /// The same where the rules that say it lie in a folder.
+    pub(crate) fn put_below(&mut self, folder: &str) {
+        let Self {
+            cells,
+            portals,
+            occluders,
+        } = self;
+        let shapes = cells.iter_mut().chain(portals).chain(occluders);
+        for said in shapes.filter_map(|shape| shape.said.as_mut()) {
+            folder.clone_into(&mut Arc::make_mut(said).folder);
+        }
+    }
+}
+
 /// One of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AuthoredShape {
@@ -52,6 +67,32 @@ pub struct AuthoredShape {
     pub node: String,
     /// Its triangles in world space, either way round.
     pub triangles: Vec<[DVec3; 3]>,
+    /// Where it was called so, when it has grown from rules.
+    pub said: Option<Arc<Said>>,
+}
+
+/// A place in rules.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Said {
+    /// The texts of all files by their names.
+    pub texts: Arc<BTreeMap<String, String>>,
+    /// Where these files lie, from the source's folder.
+    pub folder: String,
+    /// One of them.
+    pub file: String,
+    /// Byte in its text.
+    pub at: u32,
+}
+
+impl Said {
+    /// What is wrong with what is said there, with file, line and column.
+    #[must_use]
+    pub fn told(&self, what: String) -> String {
+        let text = self.texts.get(&self.file).map_or("", String::as_str);
+        DcgError::of_grown(&self.file, text, self.at, what)
+            .below(&self.folder)
+            .to_string()
+    }
 }
 
 impl AuthoredShape {
@@ -68,6 +109,7 @@ impl AuthoredShape {
         Self {
             node,
             triangles: triangles.collect(),
+            said: None,
         }
     }
 }

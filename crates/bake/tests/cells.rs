@@ -250,6 +250,7 @@ fn prism(node: &str, footprint: &[[f64; 2]]) -> AuthoredShape {
     AuthoredShape {
         node: node.to_owned(),
         triangles,
+        said: None,
     }
 }
 

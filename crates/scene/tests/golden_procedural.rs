@@ -162,7 +162,7 @@ fn parts_that_can_be_made_alone_are_the_same_alone() {
     let town_parts = grown(&town).parts;
     let drawn = town_parts
         .iter()
-        .filter(|part| !part.meshes.is_empty() && !part.is_called);
+        .filter(|part| !part.meshes.is_empty() && part.called.is_none());
     let alone = town_parts.iter().filter(|part| part.recipe.is_some());
     assert!(alone.count() > drawn.count() * 3 / 4);
     for case in [&town, &json!({"file": "modules", "seed": 5})] {

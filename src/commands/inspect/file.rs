@@ -12,13 +12,13 @@ use belvedere_bake::{
     },
     progress::Silent,
 };
-use belvedere_scene::procedural::Settings;
 use serde::Serialize;
 
 use super::super::{
     grow,
     growing::Growing,
     output::{bytes, counted, print, print_json},
+    sowing::{GrowthArgs, refuse_given, told},
 };
 use crate::publish::source_files::{MOST_OF_A_SOURCE, SourceFolder, read_named};
 
@@ -40,7 +40,7 @@ struct FileReport {
     growth: Option<grow::Report>,
 }
 
-pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
+pub(super) fn inspect(file: &Path, given: GrowthArgs, json: bool) -> anyhow::Result<()> {
     let limits = Limits::default();
     let bytes_read = read_named(file, (limits.memory_bytes, MOST_OF_A_SOURCE))?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
@@ -50,13 +50,16 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
         progress: &Growing::new(),
     };
     let (imported, growth) = if import::is_rules(&name) {
-        let settings = Settings::default();
+        let settings = given.try_into()?;
         let started = Instant::now();
-        let growth = plant(&name, bytes_read, &settings, ground).with_context(|| format!("cannot grow {name}"))?;
+        let growth = plant(&name, bytes_read, &settings, ground)
+            .map_err(told)
+            .with_context(|| format!("cannot grow {name}"))?;
         let report = grow::Report::of(&growth, &settings, started.elapsed());
         let Growth { scene, defects, .. } = growth;
         (Imported { scene, defects }, Some(report))
     } else {
+        refuse_given(&given, &format!("{name} is none"))?;
         let imported = import::import(&name, bytes_read, ground.files, ground.limits, &Silent);
         (imported.with_context(|| format!("cannot import {name}"))?, None)
     };
@@ -88,7 +91,7 @@ pub(super) fn inspect(file: &Path, json: bool) -> anyhow::Result<()> {
     ))?;
     if let Some(growth) = &report.growth {
         print(&growth.sentences(&name))?;
-    } else if let Some(refused) = grow::refusal(report.triangles) {
+    } else if let Some(refused) = grow::refusal(scene) {
         print(&format!("  {refused}"))?;
     }
     if let Some(told) = report.growable.sentence() {

@@ -18,7 +18,10 @@ use belvedere_scene::{
 use serde::Serialize;
 
 use self::{places::Places, which::Which};
-use super::output::{bytes, no_such_cell, percent, print, print_json, table};
+use super::{
+    output::{bytes, no_such_cell, percent, print, print_json, table},
+    sowing::{GrowthArgs, refuse_given},
+};
 use crate::{
     place::PlaceArgs,
     publish::{data::DataFolder, report::Report},
@@ -37,6 +40,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "ID|NODE")]
     object: Option<Which>,
     #[command(flatten)]
+    growth: GrowthArgs,
+    #[command(flatten)]
     place: PlaceArgs,
     /// Print as JSON
     #[arg(long)]
@@ -50,8 +55,9 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
             args.cell.is_none() && args.object.is_none(),
             "a source file has neither cells nor objects yet: bake it, then inspect the scene"
         );
-        return file::inspect(file, args.json);
+        return file::inspect(file, args.growth, args.json);
     }
+    refuse_given(&args.growth, &format!("{} is a published scene", args.what))?;
     let name: SceneName = args
         .what
         .parse()

@@ -66,6 +66,11 @@ export class DcgError extends Error {
     this.callers.push({ file, line, column });
     this.message += `\n    called from line ${line}, column ${column} of ${printable(file)}`;
   }
+
+  /** Notes what the file was given that may be why, in a sentence. */
+  addGiven(given: string): void {
+    this.message += `\n    ${given}`;
+  }
 }
 
 /** Where something lies for who reads the text. Line and column count from 1, columns in characters; `text` is the whole line. */
@@ -81,7 +86,32 @@ function placeOf(whole: string, place: number): { line: number; column: number; 
 
 /** What a terminal would take for an order, to write from right to left too, becomes a replacement character. */
 function printable(text: string): string {
-  return text.replace(/[^\P{Cc}\n\t]|[\u202a-\u202e\u2066-\u2069]/gu, "\ufffd");
+  return text.replace(/[^\P{Cc}\n\t]|[\u2028-\u202e\u2066-\u2069]/gu, "\ufffd");
+}
+
+/** The first character that is none but an order to who shows the text: to break the line, or to write from right to left. */
+export function orderIn(text: string): string | undefined {
+  return /\p{Cc}|[\u2028-\u202e\u2066-\u2069]/u.exec(text)?.[0];
+}
+
+/** Of a parameter whose default is a list, or is none. */
+export function givenInstead(name: string, isList: boolean): string {
+  const [given, initial] = isList ? ["number", "list"] : ["list", "number"];
+  return `\`${name}\` was given a ${given}, and its default is a ${initial}`;
+}
+
+/** Of a name without a letter, behind a word. */
+export function emptyName(word: string): string {
+  return `this name is empty; say what it is, as people call it, as in \`${word} "The old well"\``;
+}
+
+/** Of a character that nobody sees in a name or path. */
+export function unseen(character: string): string {
+  return `${numberOf(character)} is not seen, and has no place in a name or path; leave it out`;
+}
+
+function numberOf(character: string): string {
+  return `U+${character.codePointAt(0)?.toString(16).toUpperCase().padStart(4, "0")}`;
 }
 
 /** The line in which a place lies, counted from 1. Lines end as on any machine, old ones too. */
@@ -346,12 +376,11 @@ const IN_PLACE_OF: readonly (readonly [characters: string, wayOut: string])[] = 
 ];
 
 /** Blanks that are none of the language, and what has no picture at all. */
-const UNSEEN = /^[\p{Cc}\u00a0\u00ad\u1680\u180e\u2000-\u200f\u2028-\u202f\u205f-\u2064\u3000\ufeff]$/u;
+const UNSEEN = /^[\p{Cc}\u00a0\u00ad\u1680\u180e\u2000-\u200f\u2028-\u202f\u205f-\u2069\u3000\ufeff]$/u;
 
 export function noWord(character: string): string {
   if (UNSEEN.test(character)) {
-    const number = character.codePointAt(0)?.toString(16).toUpperCase().padStart(4, "0");
-    return `U+${number} means nothing here; write a space in its place, or nothing`;
+    return `${numberOf(character)} means nothing here; write a space in its place, or nothing`;
   }
   const known = IN_PLACE_OF.find(([characters]) => characters.includes(character))?.[1];
   const isLetter = /^\p{Alphabetic}$/u.test(character);

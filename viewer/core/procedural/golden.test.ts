@@ -6,6 +6,7 @@ import { type Affine, columns } from "./affine.ts";
 import type { Bounds } from "./bounds.ts";
 import { DcgError } from "./error.ts";
 import { grow } from "./evaluator/index.ts";
+import { insideFolder } from "./folder.ts";
 import { type Grown, instancesOf, type Part } from "./grown.ts";
 import { LIMITS, type Usage } from "./limits.ts";
 import { readProgram } from "./link.ts";
@@ -146,6 +147,33 @@ it("tells what there is in place of a parameter that there is not, and what is o
   expect(refused("size", 4)).toThrow(/^`size` is 4; it must be from 1 to 3$/);
 });
 
+it("names a parameter that was given what its default is not with the mistake", () => {
+  const text = "parameter footprint = [[0, 0], [4, 0], [0, 3]] parameter height = 2 + 1\nprism(footprint, height)";
+  const grownOf = (name: string, value: unknown) =>
+    grow(
+      readProgram("test.dcg", text, () => ""),
+      { parameters: new Map([[name, valueFromJson(value) as Value]]) },
+    );
+  expect(() => grownOf("footprint", 4)).toThrow(/\n {4}`footprint` was given a number, and its default is a list$/);
+  expect(() => grownOf("height", [1, 2])).toThrow(/\n {4}`height` was given a list, and its default is a number$/);
+  expect(grownOf("height", 4).parts[0]?.bounds.max[1]).toBe(4);
+});
+
+it("says of a path that leads to no file of the folder why", () => {
+  for (const [path, why] of [
+    ["../a.dcg", "outside of the source's folder"],
+    ["https://a.org/a.dcg", "it is an address"],
+    ["C:/a.dcg", "no `:`"],
+    ["lib\\a.dcg", "write `/` behind each folder"],
+    ["/a.dcg", "at the root of a disk"],
+    ["a\0.dcg", "no U+0000"],
+    ["", "it names no file"],
+  ] as const) {
+    expect(() => insideFolder(path)).toThrow(why);
+  }
+  expect(insideFolder("./lib//a.dcg")).toBe("lib/a.dcg");
+});
+
 it("tells what is kept, and needs no more than that", () => {
   const text = `material m(n) {} part p(l) { paint m(l[0]) box(1, 1, 1) } let a = [1, 2, 3]
     for i in 5 p([i, 1]) called "sixteen letters." box(1, 1, 1) viewpoint "eight le"`;
@@ -209,7 +237,7 @@ it("imports a file once, however it is written", () => {
 
 it("takes no path for blank that has more in it than the language's own blanks", () => {
   const read = (path: string) => readProgram("test.dcg", `import "${path}" as a a()`, () => "");
-  for (const path of ["\ufeff", "\u0085", "\u00a0"]) {
+  for (const path of ["\ufeff", "\u00a0"]) {
     expect(read(path).modules[0]?.imports[0]?.path).toBe(path);
     expect(() => readProgram("test.dcg", `model "${path}"`, () => "")).not.toThrow();
   }

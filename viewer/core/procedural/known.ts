@@ -1,5 +1,5 @@
 /** What was made of these values before? A tree with a branch for each of them. */
-import type { Value } from "./value.ts";
+import { keyOf, type Value } from "./value.ts";
 
 export class Known {
   /** What was made; `undefined` as long as nothing was. */
@@ -17,11 +17,8 @@ export class Known {
     return next;
   }
 
-  /** The same of any value; a list is told from what it holds by its length. */
+  /** The same of any value. */
   of(value: Value): Known {
-    if (typeof value === "number") return this.at(value);
-    let next = this.at(`${value.items.length} items`);
-    for (const item of value.items) next = next.of(item);
-    return next;
+    return this.at(typeof value === "number" ? value : keyOf(value));
   }
 }

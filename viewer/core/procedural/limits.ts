@@ -14,6 +14,8 @@ export const MAX_CHAIN = 64;
 /** Most words of code that are made of one file, so that they take no more memory than its text may. */
 export const MAX_CODE = 2 ** 21;
 export const MAX_LIST = 2 ** 16;
+/** Most numbers of lists that are needed at once: by the calls that are open, and by what is being computed. */
+export const MAX_HELD = 2 ** 21;
 /** Most lists inside each other in a value. */
 export const MAX_LIST_DEPTH = 64;
 export const MAX_CORNERS = 256;
@@ -63,6 +65,8 @@ const WAYS_OUT: Readonly<Record<string, string>> = {
     "put what is inside into a `rule` or `function`, or `choose` by a number",
   "operators in a row": "compute a part of it before, with `let`",
   "letters in a name": "choose a shorter one",
+  "letters in a path": "choose a shorter one",
+  "numbers in lists at once": "name long lists outside of rules, with `let`, and hand fewer of them down through calls",
   "numbers kept": "give parts, materials and files fewer different lists, and use shorter names",
   levels: "stop the recursion earlier, with `if` or `levels`",
   "levels of calls, those of functions too":

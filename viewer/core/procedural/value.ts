@@ -26,6 +26,11 @@ export function sizeOf(value: Value): number {
   return typeof value === "number" ? 1 : value.size + 1;
 }
 
+/** The same of a list; nothing of a number. */
+export function listedOf(value: Value): number {
+  return typeof value === "number" ? 0 : sizeOf(value);
+}
+
 /** The same of all of these. */
 export function sizesOf(values: readonly Value[]): number {
   return values.reduce((sum: number, value) => sum + sizeOf(value), 0);

@@ -8,10 +8,13 @@
 //!
 //! Cost: quadratic in the number of faces of all cells.
 
+use std::sync::Arc;
+
 use belvedere_scene::{Bounds, convex::HalfSpace};
 use glam::DVec3;
 
 use super::{
+    flaw::{AuthorError, Flaw},
     hull::{CellHull, Unbounded, area_m2, clipped, convex_outline, normal},
     overlap::overlap_m,
     view_cell::{CellGraph, Portal, ViewCell},
@@ -19,7 +22,7 @@ use super::{
 use crate::{
     defect::Defects,
     occluders::{Body, tolerance_of},
-    source::{Authored, AuthoredShape},
+    source::{Authored, AuthoredShape, Said},
     world::World,
 };
 
@@ -28,79 +31,11 @@ pub const TOLERANCE_M: f64 = 1e-3;
 /// A `portal:` polygon may lie so far off the faces that it is an opening of.
 const PORTAL_REACH_M: f64 = 0.05;
 /// A cell may have so many faces: each travels with the index.
-const MAX_FACES: usize = 128;
+pub(super) const MAX_FACES: usize = 128;
 /// All openings of a cell together may take so many bytes of its record. No more than 1 MiB of that is geometry, and its hull needs some.
 const MAX_OPENING_BYTES: usize = (1 << 20) - (1 << 16);
 /// Every face must be covered by triangles up to this share of its area, or the cell is not closed.
 const COVERED: f64 = 0.995;
-
-/// Why an author's cell cannot be a view cell.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum AuthorError {
-    /// Nothing to stand in.
-    #[error(
-        "author's cell `{node}` has no volume (shapes with a position that is not finite are left out): give it a closed \
-         convex mesh, or take its mark `cell:` away"
-    )]
-    NoVolume {
-        /// The name of its node.
-        node: String,
-    },
-    /// The mesh has a hole.
-    #[error(
-        "author's cell `{node}` is not closed: {missing_m2:.3} m² of its surface are missing; close its mesh, or take \
-         its mark `cell:` away"
-    )]
-    NotClosed {
-        /// The name of its node.
-        node: String,
-        /// How much of its surface is missing.
-        missing_m2: f64,
-    },
-    /// The mesh has a dent.
-    #[error(
-        "author's cell `{node}` is not convex: it reaches {by_m:.3} m beyond one of its own faces; cut it into convex \
-         cells"
-    )]
-    NotConvex {
-        /// The name of its node.
-        node: String,
-        /// How far it reaches beyond a face.
-        by_m: f64,
-    },
-    /// Too detailed.
-    #[error("author's cell `{node}` has more than {MAX_FACES} faces: draw a simpler one")]
-    TooManyFaces {
-        /// The name of its node.
-        node: String,
-    },
-    /// Two cells claim the same place.
-    #[error(
-        "author's cells `{node}` and `{other}` overlap by {by_m:.3} m: an eye there would be in both; make them touch \
-         instead"
-    )]
-    Overlap {
-        /// The name of one node.
-        node: String,
-        /// The name of the other.
-        other: String,
-        /// By how much.
-        by_m: f64,
-    },
-    /// More than a record can hold.
-    #[error(
-        "author's cell `{node}` has {openings} openings, most of them into `{other}`, more than its record can hold: draw fewer \
-         and simpler `portal:` polygons, or cut the cell into several"
-    )]
-    TooManyOpenings {
-        /// The name of its node.
-        node: String,
-        /// The name of the node that most of them lead to.
-        other: String,
-        /// How many there are.
-        openings: usize,
-    },
-}
 
 /// The author's cells, each sound by itself and none in another.
 #[derive(Debug)]
@@ -113,6 +48,7 @@ pub(crate) struct SoundCells {
 #[derive(Debug)]
 struct Checked {
     node: String,
+    said: Option<Arc<Said>>,
     tolerance_m: f64,
     bounds: Bounds,
     faces: Vec<FacePlane>,
@@ -123,6 +59,20 @@ struct Checked {
 struct FacePlane {
     half: HalfSpace,
     triangles: Vec<[DVec3; 3]>,
+}
+
+/// Why a bake would refuse the author's cells before it has looked at anything else.
+#[must_use]
+pub fn refusal(authored: &Authored) -> Option<AuthorError> {
+    /// Of more cells it takes long to find out whether one lies in another: that is left to the bake.
+    const MOST_IN_PAIRS: usize = 2_048;
+    if authored.cells.len() <= MOST_IN_PAIRS {
+        return SoundCells::of(authored).err();
+    }
+    authored.cells.iter().find_map(|shape| {
+        let flaw = Checked::of(shape).and_then(|cell| cell.hull()).err()?;
+        Some(flaw.said(&shape.said))
+    })
 }
 
 /// Makes the author's cells the view cells.
@@ -139,21 +89,24 @@ impl SoundCells {
     /// # Errors
     /// When a cell is not closed, not convex, without volume, or overlaps another.
     pub(crate) fn of(authored: &Authored) -> Result<Self, AuthorError> {
-        let mut checked = authored.cells.iter().map(Checked::of).collect::<Result<Vec<_>, _>>()?;
+        let check = |shape: &AuthoredShape| Checked::of(shape).map_err(|flaw| flaw.said(&shape.said));
+        let mut checked = authored.cells.iter().map(check).collect::<Result<Vec<_>, _>>()?;
         let middle_of = |cell: &Checked| DVec3::from(cell.bounds.center());
         let around = Bounds::around(checked.iter().map(|cell| middle_of(cell).to_array()));
         checked.sort_by_cached_key(|cell| crate::pipeline::z_order(middle_of(cell), &around));
         share_planes(&mut checked);
-        let hulls = checked.iter().map(Checked::hull).collect::<Result<Vec<_>, _>>()?;
+        let hull = |cell: &Checked| cell.hull().map_err(|flaw| flaw.said(&cell.said));
+        let hulls = checked.iter().map(hull).collect::<Result<Vec<_>, _>>()?;
         for (i, a) in checked.iter().enumerate() {
             for (j, b) in checked.iter().enumerate().skip(i + 1) {
                 let by_m = overlap_m(&hulls[i], &hulls[j]);
                 if by_m > a.tolerance_m.max(b.tolerance_m) {
-                    return Err(AuthorError::Overlap {
+                    let flaw = Flaw::Overlap {
                         node: a.node.clone(),
                         other: b.node.clone(),
                         by_m,
-                    });
+                    };
+                    return Err(flaw.said(&a.said));
                 }
             }
         }
@@ -227,11 +180,12 @@ fn check_openings(graph: &CellGraph, checked: &[Checked]) -> Result<(), AuthorEr
                 openings_into[portal.to as usize] += 1;
             }
             let most = openings_into.iter().zip(checked).max_by_key(|(openings, _)| **openings);
-            return Err(AuthorError::TooManyOpenings {
+            let flaw = Flaw::TooManyOpenings {
                 node: node.node.clone(),
                 other: most.map_or_else(String::new, |(_, other)| other.node.clone()),
                 openings: cell.portals.len(),
-            });
+            };
+            return Err(flaw.said(&node.said));
         }
     }
     Ok(())
@@ -312,7 +266,7 @@ fn cell_of(hull: &CellHull) -> ViewCell {
 
 impl Checked {
     /// The planes of a mesh; every corner of it lies behind each.
-    fn of(shape: &AuthoredShape) -> Result<Self, AuthorError> {
+    fn of(shape: &AuthoredShape) -> Result<Self, Flaw> {
         let node = &shape.node[..];
         let bounds = Bounds::around(shape.triangles.iter().flatten().map(DVec3::to_array));
         let tolerance_m = TOLERANCE_M.min(TOLERANCE_M * bounds.diagonal_m());
@@ -335,16 +289,16 @@ impl Checked {
                     [low.min(at), high.max(at)]
                 });
                 if low >= -tolerance_m && high <= tolerance_m {
-                    return Err(AuthorError::NoVolume { node: node.into() });
+                    return Err(Flaw::NoVolume { node: node.into() });
                 }
                 if high.min(-low) > tolerance_m {
-                    return Err(AuthorError::NotConvex {
+                    return Err(Flaw::NotConvex {
                         node: node.into(),
                         by_m: high.min(-low),
                     });
                 }
                 if faces.len() == MAX_FACES {
-                    return Err(AuthorError::TooManyFaces { node: node.into() });
+                    return Err(Flaw::TooManyFaces { node: node.into() });
                 }
                 let half = if high > -low { half.map(|x| -x) } else { half };
                 faces.push(FacePlane {
@@ -354,10 +308,11 @@ impl Checked {
             }
         }
         if faces.is_empty() {
-            return Err(AuthorError::NoVolume { node: node.into() });
+            return Err(Flaw::NoVolume { node: node.into() });
         }
         Ok(Self {
             node: node.into(),
+            said: shape.said.clone(),
             tolerance_m,
             bounds,
             faces,
@@ -365,7 +320,7 @@ impl Checked {
     }
 
     /// The polyhedron that its planes leave, if its triangles cover it.
-    fn hull(&self) -> Result<CellHull, AuthorError> {
+    fn hull(&self) -> Result<CellHull, Flaw> {
         let margin_m = 0.1 * self.bounds.diagonal_m();
         let within = Bounds {
             min: self.bounds.min.map(|x| x - margin_m),
@@ -374,10 +329,10 @@ impl Checked {
         let planes: Vec<_> = self.faces.iter().map(|face| face.half).collect();
         let drawn_m2 = |face: &FacePlane| face.triangles.iter().map(|t| area_m2(t)).sum::<f64>();
         let hull = CellHull::of(&planes, &within).map_err(|why| match why {
-            Unbounded::Nothing => AuthorError::NoVolume {
+            Unbounded::Nothing => Flaw::NoVolume {
                 node: self.node.clone(),
             },
-            Unbounded::Open => AuthorError::NotClosed {
+            Unbounded::Open => Flaw::NotClosed {
                 node: self.node.clone(),
                 missing_m2: (box_area_m2(&self.bounds) - self.faces.iter().map(drawn_m2).sum::<f64>()).max(0.0),
             },
@@ -396,7 +351,7 @@ impl Checked {
             }
         }
         if missing_m2 > self.tolerance_m * self.bounds.diagonal_m() {
-            return Err(AuthorError::NotClosed {
+            return Err(Flaw::NotClosed {
                 node: self.node.clone(),
                 missing_m2,
             });

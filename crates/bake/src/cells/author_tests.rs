@@ -1,7 +1,7 @@
 use glam::DVec3;
 
 use super::{
-    author::{self, AuthorError},
+    AuthorError, author,
     plan::{Builder, prism},
     *,
 };
@@ -98,6 +98,7 @@ fn a_portal_polygon_narrows_the_opening_and_one_elsewhere_is_a_defect() {
                 DVec3::new(x, 2.0, 1.0),
             ],
         ],
+        said: None,
     };
     let rooms = vec![
         rectangle("cell:a", [0.0, 4.0], [0.0, 4.0]),
@@ -131,6 +132,7 @@ fn more_openings_than_a_record_holds_are_refused_by_both_names() {
             AuthoredShape {
                 node: "portal:p".to_owned(),
                 triangles: vec![[a, b, c], [a, c, d]],
+                said: None,
             }
         };
         let [rows, columns] = count;
@@ -289,6 +291,7 @@ fn a_door_is_named_with_the_opening_that_its_box_covers() {
             [DVec3::new(4., 0., 1.), DVec3::new(4., 0., 2.), DVec3::new(4., 2., 2.)],
             [DVec3::new(4., 0., 1.), DVec3::new(4., 2., 2.), DVec3::new(4., 2., 1.)],
         ],
+        said: None,
     });
     let graph = author::build(&world, &authored, &mut Defects::default()).unwrap();
     assert_eq!(graph.cells[0].portals[0].door, Some(door));
@@ -300,6 +303,7 @@ fn across_x(corners: &[[f64; 2]]) -> AuthoredShape {
     AuthoredShape {
         node: "portal:x".to_owned(),
         triangles: (2..corners.len()).map(|i| [0, i - 1, i].map(corner)).collect(),
+        said: None,
     }
 }
 
@@ -391,6 +395,7 @@ fn portals_without_cells_are_all_named_with_the_way_out() {
     let portal = |node: &str| AuthoredShape {
         node: node.to_owned(),
         triangles: vec![],
+        said: None,
     };
     let authored = Authored {
         portals: vec![portal("portal:front"), portal("portal:back")],

@@ -27,6 +27,7 @@ pub mod author;
 mod built;
 mod doors;
 mod eye_level;
+mod flaw;
 mod grid;
 mod hull;
 mod merge;
@@ -52,6 +53,7 @@ use crate::{
     progress::{Cancelled, Progress, Stage},
     world::World,
 };
+pub use flaw::{AuthorError, Flaw};
 use grid::Grid;
 pub use hull::CellHull;
 pub(crate) use hull::clipped;

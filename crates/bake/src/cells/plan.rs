@@ -215,5 +215,6 @@ pub(crate) fn prism(node: &str, footprint: &[[f64; 2]], [low, high]: [f64; 2]) -
     AuthoredShape {
         node: node.to_owned(),
         triangles,
+        said: None,
     }
 }

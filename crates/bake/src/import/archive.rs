@@ -41,7 +41,7 @@ impl Archive {
                     "entry \"{name}\" is encrypted: pack it without a password"
                 )));
             }
-            let path = relative_path(&name).ok_or_else(|| {
+            let path = relative_path(&name).map_err(|_| {
                 refused(format!(
                     "entry \"{name}\" leaves the archive: pack it with relative paths"
                 ))

@@ -9,7 +9,7 @@ use super::instances::Instances;
 use super::nodes::{AuthoredKind, Hierarchy, Mark, PlacedNode, walk};
 use super::poses::{Movements, Skinned, moving};
 use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
-use super::procedural::{self, Ground, Nursery, Planting};
+use super::procedural::{self, Ground, Nursery, Planting, Wish};
 use super::reader::Reader;
 use super::skin::{Placed, Skin, flatten};
 use super::{ImportError, Limits, extras, finish, impostor, materials, uv_sets};
@@ -44,11 +44,14 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         .note("animation: not played", animations, || "/animations/0".into());
     extras::note_unknown(&reader.root, &mut reader.defects);
     let mut hierarchy = walk(reader)?;
-    let nodes = hierarchy.nodes.iter();
-    let drawn = nodes.filter(|node| nodes_grow && matches!(node.mark, Mark::Drawn(_)));
-    let items = drawn.filter_map(|node| reader.root.listed("nodes", node.index).ok());
-    let wishes = items.filter_map(|item| procedural::wanted(item.value));
-    let steps = procedural::steps_of(wishes, limits);
+    let drawn = hierarchy.nodes.iter().enumerate();
+    let drawn = drawn.filter(|(_, node)| matches!(node.mark, Mark::Drawn(_)));
+    let wishes = drawn.filter_map(|(place, node)| {
+        let item = reader.root.listed("nodes", node.index).ok()?;
+        Some((place, Wish::of(item.value)?))
+    });
+    let mut wishes: BTreeMap<usize, Wish> = wishes.collect();
+    let steps = procedural::steps_of(wishes.values().filter(|_| nodes_grow), limits);
     progress.start(Stage::Import, steps + hierarchy.nodes.len() as u64);
     let mut assembly = Assembly {
         reader,
@@ -60,14 +63,14 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         has_targets: BTreeMap::new(),
     };
     let mut plantings = Vec::new();
-    for node in &hierarchy.nodes {
+    for (place, node) in hierarchy.nodes.iter().enumerate() {
         if progress.cancelled() {
             return Err(ImportError::Cancelled);
         }
         let item = assembly.reader.root.listed("nodes", node.index);
         match (node.mark, assembly.reader.settle(item)?) {
             (Mark::Authored(kind), Some(item)) => {
-                let rules = u64::from(procedural::wanted(item.value).is_some());
+                let rules = u64::from(Wish::of(item.value).is_some());
                 let defect = "rules at a node that is a cell, a portal or an occluder: not grown";
                 assembly.reader.defects.note(defect, rules, || node.name.clone());
                 assembly.keep_for_the_bake(node, &item, kind)?;
@@ -75,12 +78,12 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
             (Mark::Drawn(role), Some(item)) => {
                 let skin = assembly.reader.settle(item.index("skin"))?.flatten();
                 let skin = skin.filter(|_| item.member("mesh").is_some());
-                if let Some(wanted) = procedural::wanted(item.value) {
+                if let Some(wish) = wishes.remove(&place) {
                     plantings.push(Planting {
                         node: node.name.clone(),
                         role,
                         world_from_node: node.world_from_node,
-                        wanted: wanted.clone(),
+                        wish,
                     });
                 }
                 assembly.draw(node, &item, (role, skin))?;
@@ -104,6 +107,13 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         }
         nursery.plant(&mut scene, planting, (reader, ground))?;
     }
+    procedural::number(
+        scene
+            .viewpoints
+            .iter_mut()
+            .map(|viewpoint| &mut viewpoint.name)
+            .collect(),
+    );
     if scene.objects.is_empty() {
         return Err(finish::nothing_to_draw(reader, &scene));
     }

@@ -62,14 +62,51 @@ pub(super) fn target(uri: &str) -> Target<'_> {
     relative_path(&path).map_or(Target::Outside, Target::File)
 }
 
-/// A path that stays in its folder, without `.` parts; `None` when it would leave it.
-pub(super) fn relative_path(path: &str) -> Option<String> {
-    // A colon stands in schemes, drives and alternate streams; none of them is a file beside the source.
-    if path.starts_with('/') || path.contains(['\\', ':']) || path.contains(char::is_control) {
-        return None;
+/// Why a path leads to no file of a folder, and what would.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub(super) enum Astray {
+    /// It names none.
+    #[error("it names no file: write its path, as in \"tree.dcg\"")]
+    Empty,
+    #[error("a path has no U+{:04X} in it: leave it out", u32::from(*.0))]
+    Character(char),
+    #[error("it is an address, and nothing is fetched: put the file beside the source, and write its path")]
+    Address,
+    /// It stands in drives and alternate streams, too.
+    #[error("a path has no `:` in it: put the file beside the source, under a name without that")]
+    Colon,
+    #[error("a path has no `\\` in it: write `/` behind each folder")]
+    Backslash,
+    #[error("it begins with `/`, at the root of a disk: put the file beside the source, and write its path from there")]
+    Rooted,
+    #[error("it lies outside of the source's folder: put it beside the source")]
+    Outside,
+}
+
+/// A path that stays in its folder, without `.` parts.
+pub(super) fn relative_path(path: &str) -> Result<String, Astray> {
+    if let Some(control) = path.chars().find(|c| c.is_control()) {
+        return Err(Astray::Character(control));
+    }
+    if path.contains("://") {
+        return Err(Astray::Address);
+    }
+    for (character, astray) in [(':', Astray::Colon), ('\\', Astray::Backslash)] {
+        if path.contains(character) {
+            return Err(astray);
+        }
+    }
+    if path.starts_with('/') {
+        return Err(Astray::Rooted);
     }
     let parts: Vec<&str> = path.split('/').filter(|part| !matches!(*part, "" | ".")).collect();
-    (!parts.is_empty() && !parts.contains(&"..")).then(|| parts.join("/"))
+    if parts.is_empty() {
+        Err(Astray::Empty)
+    } else if parts.contains(&"..") {
+        Err(Astray::Outside)
+    } else {
+        Ok(parts.join("/"))
+    }
 }
 
 fn strip_prefix_ignoring_case<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {

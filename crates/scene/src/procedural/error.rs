@@ -37,6 +37,8 @@ pub struct DcgError {
     pub problem: Problem,
     /// The calls that led there, the innermost first, and not all of many.
     pub callers: Vec<Caller>,
+    /// What the file was given that may be why, in a sentence.
+    pub given: Option<String>,
 }
 
 impl fmt::Display for DcgError {
@@ -48,6 +50,7 @@ impl fmt::Display for DcgError {
             text,
             problem,
             callers,
+            given,
         } = self;
         let told = match line {
             0 => problem.to_string(),
@@ -60,15 +63,19 @@ impl fmt::Display for DcgError {
         callers.iter().try_for_each(|Caller { file, line, column }| {
             let file = printable(file);
             write!(f, "\n    called from line {line}, column {column} of {file}")
-        })
+        })?;
+        given.iter().try_for_each(|given| write!(f, "\n    {given}"))
     }
 }
 
 /// What a terminal would take for an order, to write from right to left too, becomes a replacement character.
 fn printable(text: &str) -> String {
-    let turns = |c: char| matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    let is_order = |c: char| (c.is_control() && !matches!(c, '\n' | '\t')) || turns(c);
-    text.replace(is_order, "\u{fffd}")
+    text.replace(|c| is_order(c) && !matches!(c, '\n' | '\t'), "\u{fffd}")
+}
+
+/// Whether a character is none but an order to who shows the text: to break the line, or to write from right to left.
+pub(super) fn is_order(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 impl std::error::Error for DcgError {}
@@ -108,7 +115,14 @@ impl DcgError {
             text: text.trim_matches(BLANKS).chars().take(MOST_SHOWN).collect(),
             problem,
             callers: Vec::new(),
+            given: None,
         })
+    }
+
+    /// What is wrong, for somebody else, with what a text says at a byte.
+    #[must_use]
+    pub fn of_grown(file: &str, source: &str, at: u32, what: String) -> Box<Self> {
+        Self::at(file, source, at, Problem::OfGrown(what))
     }
 
     /// Notes a call in which it happened, unless that is the place which was named last, as where a recursion has no end.
@@ -145,6 +159,7 @@ impl DcgError {
             text: String::new(),
             problem,
             callers: Vec::new(),
+            given: None,
         })
     }
 

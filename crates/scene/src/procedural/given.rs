@@ -9,6 +9,7 @@ use super::link::Program;
 use super::problem::Problem;
 use super::spelling::nearest;
 use super::value::Value;
+use super::wording::given_instead;
 
 impl Program {
     /// The text of a file, as it was imported, with these values as its parameters' own: it grows what this program grows of it
@@ -43,6 +44,22 @@ impl Program {
     /// When there is no parameter of a name, or a value is out of its range.
     pub fn refuse_given(&self, settings: &Settings) -> Result<(), Box<DcgError>> {
         super::evaluator::refuse_given(self, settings)
+    }
+
+    /// A mistake of the text, with the parameter that was given a number in place of a list, or a list in place of a number.
+    pub(super) fn with_given(&self, mut error: Box<DcgError>, settings: &Settings) -> Box<DcgError> {
+        let odd = |(name, value): (&String, &Value)| {
+            let parameter = self.modules[0]
+                .parameters
+                .iter()
+                .find(|parameter| parameter.formal.name == *name)?;
+            let is_list = parameter.formal.default.as_ref()?.of.is_list()?;
+            (is_list != matches!(value, Value::List(..))).then(|| given_instead(name, is_list))
+        };
+        if error.line > 0 {
+            error.given = settings.parameters.iter().find_map(odd);
+        }
+        error
     }
 
     /// Refuses the first name that no parameter of the first file has.

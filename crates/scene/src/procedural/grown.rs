@@ -22,8 +22,8 @@ pub struct Grown {
 pub struct Part {
     /// The name of its rule or file, or the name that it was called.
     pub name: String,
-    /// Whether the name is from `called`: then it is also the name of what is placed in it.
-    pub is_called: bool,
+    /// Where `called` gave the name, if that did: then it is also the name of what is placed in it.
+    pub called: Option<Said>,
     /// What pictures it asks for, to be drawn with from far away.
     pub impostor: Option<Wish>,
     /// How it can be made alone, when it can.
@@ -40,6 +40,15 @@ pub struct Part {
     pub viewpoints: Vec<(String, Affine)>,
     /// A box that holds it and all that it places: of glTF files those whose boxes were given.
     pub bounds: Bounds,
+}
+
+/// Where something is said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Said {
+    /// Which of the program's [files](super::Program::files).
+    pub file: usize,
+    /// Byte in its text.
+    pub at: u32,
 }
 
 /// A part in its place.
@@ -95,15 +104,17 @@ pub struct Instance<'g> {
     pub part: usize,
     /// What it was called, or its part's name.
     pub name: &'g str,
+    /// Where it was called so.
+    pub said: Option<Said>,
     /// Places it in the world.
     pub world_from_part: Affine,
 }
 
 impl Part {
-    pub(super) fn new(name: &str, is_called: bool) -> Self {
+    pub(super) fn new(name: &str, called: Option<Said>) -> Self {
         Self {
             name: name.to_owned(),
-            is_called,
+            called,
             impostor: None,
             recipe: None,
             takes_paint: false,
@@ -124,15 +135,11 @@ impl Grown {
         let mut stack = vec![(0, None, Affine::IDENTITY)];
         while let Some((index, called, world_from_part)) = stack.pop() {
             let part = &self.parts[index];
-            let called = if part.is_called {
-                Some(part.name.as_str())
-            } else {
-                called
-            };
-            let name = called.unwrap_or(&part.name);
+            let called = part.called.map(|said| (part.name.as_str(), said)).or(called);
             instances.push(Instance {
                 part: index,
-                name,
+                name: called.map_or(&part.name, |(name, _)| name),
+                said: called.map(|(_, said)| said),
                 world_from_part,
             });
             let children = part.placements.iter().rev();

@@ -16,6 +16,8 @@ pub const MAX_NESTING: u32 = 96;
 pub const MAX_AROUND: u32 = 256;
 /// Most numbers in one list, those of lists inside of it included.
 pub const MAX_LIST: usize = 1 << 16;
+/// Most numbers of lists that are needed at once: by the calls that are open, and by what is being computed.
+pub const MAX_HELD: usize = 1 << 21;
 /// Most lists inside each other in a value.
 pub const MAX_LIST_DEPTH: u32 = 64;
 /// Most operators in a row.
@@ -118,7 +120,10 @@ pub fn reached(what: &'static str, limit: u64) -> Problem {
             "put what is inside into a `rule` or `function`, or `choose` by a number"
         }
         "operators in a row" => "compute a part of it before, with `let`",
-        "letters in a name" => "choose a shorter one",
+        "letters in a name" | "letters in a path" => "choose a shorter one",
+        "numbers in lists at once" => {
+            "name long lists outside of rules, with `let`, and hand fewer of them down through calls"
+        }
         "numbers kept" => "give parts, materials and files fewer different lists, and use shorter names",
         "levels of calls, those of functions too" => {
             "stop the recursion earlier, with `if`, or let each call halve what is left"

@@ -38,8 +38,8 @@ mod value;
 mod wording;
 
 pub use error::{Caller, DcgError};
-pub use evaluator::{Boxes, PHASE, Settings, Watch, bounds, grow, grow_watched, grow_with};
-pub use grown::{Grown, Instance, Part, Placement, Surface};
+pub use evaluator::{Boxes, PHASE, Settings, Watch, bounds, bounds_watched, grow, grow_watched, grow_with};
+pub use grown::{Grown, Instance, Part, Placement, Said, Surface};
 pub use limits::{Limits, Usage};
 pub use link::{Loader, NoImports, Program};
 pub use parser::tidied;

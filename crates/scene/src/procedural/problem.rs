@@ -254,6 +254,12 @@ pub enum Problem {
     /// A file that imports itself.
     #[error("\"{file}\" imports itself, directly or through others; move what both need to a third file", file = cut(.0))]
     ImportCycle(String),
+    /// A name without a letter.
+    #[error("this name is empty; say what it is, as people call it, as in `{0} \"The old well\"`")]
+    EmptyName(&'static str),
+    /// A character that nobody sees in a name, which is read aloud, or in a path.
+    #[error("{shown} is not seen, and has no place in a name or path; leave it out", shown = character(*.0))]
+    Unseen(char),
     /// A file without a name.
     #[error("no file is named here; write its path from the folder of the first file, as in `\"tree.dcg\"`")]
     NoFile,
@@ -273,6 +279,9 @@ pub enum Problem {
         /// Why not.
         reason: String,
     },
+    /// What somebody else finds wrong with what grew.
+    #[error("{0}")]
+    OfGrown(String),
     /// A division by zero.
     #[error("division by zero; test the divisor with `if` before")]
     DivisionByZero,

@@ -358,6 +358,28 @@ pub(super) enum Expr {
     Plain(Box<Plain>),
 }
 
+impl Expr {
+    /// Whether it is a list, where one can see that.
+    pub(super) fn is_list(&self) -> Option<bool> {
+        match self {
+            Self::Plain(plain) => plain.of.is_list(),
+            Self::List(..) | Self::Colour(_) => Some(true),
+            Self::Local(_) | Self::Global(_) | Self::If(_) | Self::Item { .. } | Self::Call(_) => None,
+            Self::BuiltIn { name, .. } => (*name != BuiltIn::Mix).then_some(false),
+            _ => Some(false),
+        }
+    }
+
+    /// Whether it is a value that has a name, or an item of one.
+    pub(super) fn is_of_name(&self) -> bool {
+        match self {
+            Self::Local(_) | Self::Global(_) => true,
+            Self::Item { of, .. } => of[0].is_of_name(),
+            _ => false,
+        }
+    }
+}
+
 /// An expression of numbers alone, every node of which is visited whenever it is: so what that takes is known beforehand.
 #[derive(Debug, Clone)]
 pub(super) struct Plain {

@@ -17,8 +17,8 @@ pub enum Value {
 /// How much a list is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
-    /// Numbers and lists in it, without itself.
-    size: usize,
+    /// Numbers and lists in it, without itself. As few bytes as will do: a text may ask for millions of values.
+    size: u32,
     /// Lists inside each other, itself included. Bounds the machine's stack wherever a value is gone through.
     depth: u32,
 }
@@ -28,6 +28,7 @@ impl Value {
     #[must_use]
     pub fn list(items: Vec<Self>) -> Self {
         let size = items.iter().map(Self::size).fold(0, usize::saturating_add);
+        let size = u32::try_from(size).unwrap_or(u32::MAX);
         let depth = items.iter().map(Self::depth).max().unwrap_or(0).saturating_add(1);
         Self::List(items.into(), Extent { size, depth })
     }
@@ -41,7 +42,15 @@ impl Value {
     pub(super) fn size(&self) -> usize {
         match self {
             Self::Number(_) => 1,
-            Self::List(_, extent) => extent.size.saturating_add(1),
+            Self::List(_, extent) => (extent.size as usize).saturating_add(1),
+        }
+    }
+
+    /// The same of a list; nothing of a number.
+    pub(super) fn listed(&self) -> usize {
+        match self {
+            Self::Number(_) => 0,
+            Self::List(..) => self.size(),
         }
     }
 

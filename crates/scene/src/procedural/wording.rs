@@ -58,7 +58,7 @@ pub(super) fn character(character: char) -> String {
 fn is_unseen(character: char) -> bool {
     character.is_control()
         || matches!(character, '\u{a0}' | '\u{ad}' | '\u{1680}' | '\u{180e}' | '\u{2000}'..='\u{200f}' | '\u{2028}'..='\u{202f}'
-            | '\u{205f}'..='\u{2064}' | '\u{3000}' | '\u{feff}')
+            | '\u{205f}'..='\u{2069}' | '\u{3000}' | '\u{feff}')
 }
 
 /// What to write in place of a character that other languages have.
@@ -80,6 +80,16 @@ pub(super) fn in_place_of(character: char) -> &'static str {
         _ if character.is_alphabetic() => "names are made of the letters a to z, digits and `_`",
         _ => "comments begin with `//`, colours with `#`",
     }
+}
+
+/// Of a parameter whose default is a list, or is none.
+pub(super) fn given_instead(name: &str, is_list: bool) -> String {
+    let [given, default] = if is_list {
+        ["number", "list"]
+    } else {
+        ["list", "number"]
+    };
+    format!("`{name}` was given a {given}, and its default is a {default}")
 }
 
 pub(super) fn counted(arguments: usize) -> String {

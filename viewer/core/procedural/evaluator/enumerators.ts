@@ -8,7 +8,7 @@ import { fraction, step } from "../random.ts";
 import { MAX_COUNT, type Range } from "../ranges.ts";
 import { outline } from "../solid/polygon.ts";
 import type { At, Statement } from "../syntax.ts";
-import type { Value } from "../value.ts";
+import { listedOf, type Value } from "../value.ts";
 import { SideBySide } from "./sidebyside.ts";
 import { type Turtle, withPath } from "./state.ts";
 
@@ -34,6 +34,7 @@ export abstract class Enumerators extends SideBySide {
     const at = over.places[0] as At;
     const value = this.single(scope, over);
     const isCount = typeof value === "number";
+    this.hold(scope.module, at, listedOf(value));
     const count = isCount ? Math.floor(this.within(scope, at, value, "a count", 0, MAX_COUNT)) : value.items.length;
     const done = isCount ? this.turnsAtOnce(scope, turtle, statement, path, count) : 0;
     for (let i = done; i < count; i += 1) {
@@ -41,19 +42,22 @@ export abstract class Enumerators extends SideBySide {
       inner.path = step(path, i);
       this.visit(inner, turtle, body);
     }
+    this.release(listedOf(value));
   }
 
   /** One name takes a value as it is, several take the items of a list. */
   private assignAll(scope: Scope, at: At, slots: readonly number[], value: Value): void {
     if (slots.length === 1) {
-      this.assign(scope, slots[0] as number, value);
+      this.put(scope.module, at, scope.base + (slots[0] as number), value);
       return;
     }
     if (typeof value === "number" || value.items.length !== slots.length) {
       const wanted = "a list of lists with an item for each name";
       throw this.error(scope.module, at, `what \`for\` goes over must be ${wanted}`);
     }
-    for (let i = 0; i < slots.length; i += 1) this.assign(scope, slots[i] as number, value.items[i] as Value);
+    for (let i = 0; i < slots.length; i += 1) {
+      this.put(scope.module, at, scope.base + (slots[i] as number), value.items[i] as Value);
+    }
   }
 
   /** `scatter`: evenly over a rectangle around the origin, beginning anywhere. */

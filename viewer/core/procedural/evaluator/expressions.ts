@@ -10,7 +10,7 @@ import type { Scope } from "../plain/machine.ts";
 import { fraction, step } from "../random.ts";
 import type { Range } from "../ranges.ts";
 import type { At, Expr, Operator, Row, Written } from "../syntax.ts";
-import { type List, listOf, sizeOf, type Value } from "../value.ts";
+import { type List, listedOf, listOf, sizeOf, type Value } from "../value.ts";
 import { Plain } from "./plain.ts";
 
 type Kind<K extends Expr["kind"]> = Extract<Expr, { kind: K }>;
@@ -33,7 +33,7 @@ export abstract class Expressions extends Plain {
   /** Puts the value of a row of one into a place on the stack. */
   protected keepSingle(scope: Scope, row: Row, place: number): void {
     if (this.computes(scope, row) && this.paid(scope)) this.stack.numbers[place] = this.taken(0);
-    else this.stack.set(place, this.only(scope, row));
+    else this.put(scope.module, row.places[0] as At, place, this.only(scope, row));
   }
 
   /** Computes a row of one that must be a number, the result; `what` it is for. */
@@ -78,11 +78,7 @@ export abstract class Expressions extends Plain {
       case "colour":
         return listOf(expr.channels);
       case "list":
-        return this.limited(
-          scope,
-          expr.at,
-          expr.items.map((item) => this.value(scope, expr.at, item)),
-        );
+        return this.madeList(scope, expr);
       case "item":
         return this.item(scope, expr);
       case "if":
@@ -140,9 +136,19 @@ export abstract class Expressions extends Plain {
     return value;
   }
 
-  private limited(scope: Scope, at: At, items: Value[]): List {
-    const list = listOf(items);
-    if (sizeOf(list) > MAX_LIST) throw this.error(scope.module, at, reached("numbers in a list", MAX_LIST));
+  /** A list that is written out. Of one that becomes too long no more is computed. */
+  private madeList(scope: Scope, { at, items }: Kind<"list">): List {
+    const values: Value[] = [];
+    let size = 0;
+    for (const item of items) {
+      const value = this.value(scope, at, item);
+      size += sizeOf(value);
+      if (size >= MAX_LIST) throw this.error(scope.module, at, reached("numbers in a list", MAX_LIST));
+      this.hold(scope.module, at, sizeOf(value));
+      values.push(value);
+    }
+    this.release(size);
+    const list = listOf(values);
     if (list.depth > MAX_LIST_DEPTH) {
       throw this.error(scope.module, at, reached("lists inside each other", MAX_LIST_DEPTH));
     }
@@ -174,8 +180,13 @@ export abstract class Expressions extends Plain {
   }
 
   private item(scope: Scope, { at, of, index }: Kind<"item">): Value {
-    const { items } = this.list(scope, at, of, "what has items");
+    const list = this.list(scope, at, of, "what has items");
+    const { items } = list;
+    // Part of what is held anyway, or nobody else's.
+    const size = isOfName(of) ? 0 : sizeOf(list);
+    this.hold(scope.module, at, size);
     const number = this.number(scope, at, index, "the number of an item");
+    this.release(size);
     const item = items[Math.floor(number)];
     if (item !== undefined) return item;
     throw this.error(
@@ -322,8 +333,11 @@ export abstract class Expressions extends Plain {
   private mix(scope: Scope, { at, args }: Kind<"builtin">): Value {
     const [first, second, third] = args as readonly [Written, Written, Written];
     const from = this.value(scope, first.at, first.of);
+    this.hold(scope.module, first.at, listedOf(from));
     const to = this.value(scope, second.at, second.of);
+    this.hold(scope.module, second.at, listedOf(to));
     const part = this.number(scope, third.at, third.of, "the third argument of `mix`");
+    this.release(listedOf(from) + listedOf(to));
     this.count(scope, at, sizeOf(from));
     return this.mixed(scope, at, from, to, part);
   }
@@ -335,4 +349,11 @@ export abstract class Expressions extends Plain {
     }
     throw this.error(scope.module, at, "what is mixed must be two numbers, or two lists of the same shape");
   }
+}
+
+/** Whether it is a value that has a name, or an item of one. */
+function isOfName(expr: Expr): boolean {
+  let of = expr;
+  while (of.kind === "item") of = of.of;
+  return of.kind === "local" || of.kind === "global";
 }

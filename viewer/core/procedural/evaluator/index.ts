@@ -6,11 +6,12 @@
  */
 
 import { withinStack } from "../depth.ts";
+import { DcgError, givenInstead } from "../error.ts";
 import type { Grown } from "../grown.ts";
 import { type Amounts, FINEST, LIMITS } from "../limits.ts";
 import type { Program } from "../link.ts";
 import type { Scope } from "../plain/machine.ts";
-import type { At, Statement } from "../syntax.ts";
+import type { At, Expr, Statement } from "../syntax.ts";
 import type { Value } from "../value.ts";
 import { Places } from "./places.ts";
 import type { Boxes, Turtle } from "./state.ts";
@@ -44,8 +45,25 @@ export function grow(program: Program, settings: Settings = {}): Grown {
 
 class Evaluator extends Places {
   grow(parameters: ReadonlyMap<string, Value>): Grown {
-    this.growModel(parameters);
+    try {
+      this.growModel(parameters);
+    } catch (error) {
+      if (error instanceof DcgError) this.noteGiven(error, parameters);
+      throw error;
+    }
     return { parts: this.parts, materials: this.materials, usage: this.usage };
+  }
+
+  /** Names the parameter that was given a number in place of a list, or a list in place of a number, with a mistake of the text. */
+  private noteGiven(error: DcgError, parameters: ReadonlyMap<string, Value>): void {
+    if (error.line === 0) return;
+    for (const name of [...parameters.keys()].sort()) {
+      const formal = this.module(0).parameters.find((parameter) => parameter.formal.name === name)?.formal;
+      const isList = formal?.initial && isListed(formal.initial.of[0] as Expr);
+      if (isList === undefined || isList === (typeof parameters.get(name) !== "number")) continue;
+      error.addGiven(givenInstead(name, isList));
+      return;
+    }
   }
 
   protected override visit(scope: Scope, turtle: Turtle, statement: Statement): void {
@@ -129,5 +147,24 @@ class Evaluator extends Places {
       default:
         return statement.at;
     }
+  }
+}
+
+/** Whether it is a list, where one can see that. */
+function isListed(expr: Expr): boolean | undefined {
+  switch (expr.kind) {
+    case "list":
+    case "colour":
+      return true;
+    case "local":
+    case "global":
+    case "if":
+    case "item":
+    case "call":
+      return undefined;
+    case "builtin":
+      return expr.name === "mix" ? undefined : false;
+    default:
+      return false;
   }
 }

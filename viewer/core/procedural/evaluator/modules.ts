@@ -6,7 +6,7 @@ import type { Scope } from "../plain/machine.ts";
 import { step } from "../random.ts";
 import { Globals } from "../stack.ts";
 import { type Argument, type At, type Call, type Formal, notGiven, type Parameter, type Row } from "../syntax.ts";
-import { sizeOf, sizesOf, stepValue, type Value } from "../value.ts";
+import { listedOf, sizeOf, sizesOf, stepValue, type Value } from "../value.ts";
 import { Terminals } from "./terminals.ts";
 
 /** A file with values for its parameters, and the path that belongs to them. */
@@ -109,7 +109,7 @@ export abstract class Modules extends Terminals {
     }
     for (let i = 0; i < given.length; i += 1) {
       const { at, of } = given[i] as Argument;
-      this.stack.set(base + (slots[i] as number), this.value(scope, at, of));
+      this.put(scope.module, at, base + (slots[i] as number), this.value(scope, at, of));
     }
   }
 
@@ -130,16 +130,19 @@ export abstract class Modules extends Terminals {
     const values = new Globals(parameters.length + globals.length);
     this.instances.push(values);
     const scope: Scope = { module, instance, base: this.stack.top, path: this.seed, depth: 0, level: 0 };
+    const { held } = this.stack;
     const own: Value[] = [];
     let known = this.knownInstances.at(module);
     parameters.forEach((parameter, slot) => {
       const { value, place } = given[slot] ?? this.tracedTo(caller, () => this.ownValue(scope, parameter));
+      this.hold(place?.module ?? module, place?.at ?? parameter.formal.at, listedOf(value));
       this.checkRange(scope, parameter, value, place);
       scope.path = stepValue(scope.path, value);
       known = known.of(value);
       own.push(value);
       values.set(slot, value);
     });
+    this.stack.held = held;
     const place = caller ?? { module, at: 0 };
     this.countLists({ ...scope, module: place.module }, place.at, own);
     if (known.index !== undefined) {

@@ -8,7 +8,7 @@ import type { Program } from "../link.ts";
 import type { Scope } from "../plain/machine.ts";
 import { stepName } from "../random.ts";
 import type { At, Call, Rule, Statement, Written } from "../syntax.ts";
-import { sizesOf, stepValue, type Value } from "../value.ts";
+import { listedOf, sizesOf, stepValue, type Value } from "../value.ts";
 import { Materials } from "./materials.ts";
 import type { Given, Instance } from "./modules.ts";
 import { type Boxes, PHASE, type Turtle } from "./state.ts";
@@ -201,10 +201,14 @@ export abstract class Parts extends Materials {
   protected placeFile(scope: Scope, turtle: Turtle, call: Call, depth: number): void {
     const given: Given[] = [];
     const { module } = scope;
+    const { held } = this.stack;
     call.given.forEach(({ at, of }, i) => {
-      given[call.slots[i] as number] = { value: this.value(scope, at, of), place: { module, at } };
+      const value = this.value(scope, at, of);
+      this.hold(module, at, listedOf(value));
+      given[call.slots[i] as number] = { value, place: { module, at } };
     });
     const made = this.instance(call.module, given, { module, at: call.at });
+    this.stack.held = held;
     const known = this.knownFiles.at(made.instance).at(this.turtles.material(turtle));
     if (known.index === undefined) {
       this.checkParts(scope, call.at);

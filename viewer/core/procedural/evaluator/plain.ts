@@ -2,7 +2,7 @@
  * What are the values of a row of expressions, computed at one go? It is known what that takes, so limits are asked once
  * for all of it. As `crates/scene/src/procedural/evaluator/plain.rs`.
  */
-import type { Amounts } from "../limits.ts";
+import { type Amounts, MAX_HELD, MAX_LIST } from "../limits.ts";
 import type { Program } from "../link.ts";
 import { type Code, RESULTS } from "../plain/code.ts";
 import { codeOf } from "../plain/compiler.ts";
@@ -11,6 +11,9 @@ import type { Plan } from "../plain/plan.ts";
 import { Turns } from "../plain/turns.ts";
 import type { Row } from "../syntax.ts";
 import { type Boxes, State } from "./state.ts";
+
+/** What is computed at one go holds less than this, one list at a time. */
+const ROOM = 2 * MAX_LIST;
 
 export class Plain extends State {
   private readonly machine: Machine;
@@ -73,6 +76,7 @@ export class Plain extends State {
   private isWithinLimits({ depth }: Scope): boolean {
     const { limits, machine } = this;
     return (
+      this.stack.held <= MAX_HELD - ROOM &&
       this.usage.steps + machine.steps <= limits.steps &&
       this.nesting + machine.nesting <= limits.nesting &&
       depth + machine.levels <= limits.levels

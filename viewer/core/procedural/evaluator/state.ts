@@ -2,7 +2,7 @@
 import type { Bounds, Reach } from "../bounds.ts";
 import { DcgError } from "../error.ts";
 import { type Part, PLAIN, type Surface } from "../grown.ts";
-import { type Amounts, reached, type Usage } from "../limits.ts";
+import { type Amounts, MAX_HELD, reached, type Usage } from "../limits.ts";
 import { errorAt, type Program } from "../link.ts";
 import type { Scope } from "../plain/machine.ts";
 import { type Globals, Stack } from "../stack.ts";
@@ -121,6 +121,22 @@ export class State {
     this.keep(module, at, Math.floor(utf8Length(name) / LETTERS));
   }
 
+  /** Counts what lists hold until it is released, or the call ends; `at` is where that is written. */
+  protected hold(module: number, at: At, numbers: number): void {
+    this.stack.held += numbers;
+    if (this.stack.held > MAX_HELD) throw this.error(module, at, reached("numbers in lists at once", MAX_HELD));
+  }
+
+  protected release(numbers: number): void {
+    this.stack.held -= numbers;
+  }
+
+  /** Puts a value into a place on the stack. */
+  protected put(module: number, at: At, place: number, value: Value): void {
+    this.stack.set(place, value);
+    if (typeof value !== "number") this.hold(module, at, 0);
+  }
+
   /** Counts what lists take to be compared; `at` is where they are given. */
   protected countLists(scope: Scope, at: At, values: readonly Value[]): void {
     this.count(scope, at, sizesOf(values) - values.length);
@@ -147,7 +163,7 @@ export class State {
     this.nesting -= 1;
   }
 
-  protected assign(scope: Scope, slot: number, value: Value): void {
+  protected assign(scope: Scope, slot: number, value: number): void {
     this.stack.set(scope.base + slot, value);
   }
 }

@@ -1,7 +1,20 @@
 /** How are words read one after the other? The cursor knows the next word, and which values are in reach. */
-import { declarationBehind, declarationInside, expected, Fault, lineOf, reserved, twice, unclosed } from "../error.ts";
+import {
+  declarationBehind,
+  declarationInside,
+  emptyName,
+  expected,
+  Fault,
+  lineOf,
+  NO_FILE,
+  orderIn,
+  reserved,
+  twice,
+  unclosed,
+  unseen,
+} from "../error.ts";
 import { described, type Word } from "../lexer.ts";
-import { MAX_AROUND, MAX_CHAIN, MAX_NESTING, reached } from "../limits.ts";
+import { MAX_AROUND, MAX_CHAIN, MAX_NAME, MAX_NESTING, reached } from "../limits.ts";
 import type { At, Module } from "../syntax.ts";
 import { Reach } from "./reach.ts";
 import { VALUE } from "./usage.ts";
@@ -149,6 +162,24 @@ export class Cursor {
     return next.text;
   }
 
+  /** The name of something, which people read or are read: `word` stands before it. */
+  protected named(word: string, what: string): string {
+    const { at } = this.next;
+    const name = this.text(what);
+    if (isBlank(name)) throw new Fault(at, emptyName(word));
+    refuseUnseen(name, at, "letters in a name");
+    return name;
+  }
+
+  /** The path of a file. */
+  protected path(what: string): string {
+    const { at } = this.next;
+    const path = tidied(this.text(what));
+    if (isBlank(path)) throw new Fault(at, NO_FILE);
+    refuseUnseen(path, at, "letters in a path");
+    return path;
+  }
+
   /** Runs `read` one level deeper. */
   nested<T>(read: () => T): T {
     if (this.nesting === MAX_NESTING) {
@@ -238,11 +269,18 @@ export class Cursor {
   }
 }
 
+/** Refuses a text that is longer than anybody reads, or has in it what nobody sees. */
+function refuseUnseen(text: string, at: At, letters: string): void {
+  if ([...text].length > MAX_NAME) throw new Fault(at, reached(letters, MAX_NAME));
+  const order = orderIn(text);
+  if (order !== undefined) throw new Fault(at, unseen(order));
+}
+
 /**
  * The same file, however its path is written: with `./` before it, or through folders that it leaves again. One that leaves the
  * folder of the first file keeps what it leaves it by.
  */
-export function tidied(written: string): string {
+function tidied(written: string): string {
   const path = written.replace(/^(\.\/)+/, "");
   const all = path.split("/");
   if (!all.includes("..")) return path;
@@ -256,6 +294,6 @@ export function tidied(written: string): string {
 }
 
 /** Whether a path names no file: there is nothing in it but the language's own blanks. */
-export function isBlank(path: string): boolean {
+function isBlank(path: string): boolean {
   return /^[ \t\r\n]*$/.test(path);
 }

@@ -6,7 +6,6 @@ import {
   functionAsValue,
   LEVELS_OF_PART,
   loneLet,
-  NO_FILE,
   reserved,
   THEN_WITHOUT_LEVELS,
   unknown,
@@ -24,7 +23,7 @@ import {
   rowOf,
   type Written,
 } from "../syntax.ts";
-import { DECLARATIONS, type Given, isBlank, type NamedAt, tidied } from "./cursor.ts";
+import { DECLARATIONS, type Given, type NamedAt } from "./cursor.ts";
 import { isReserved, StatementParser } from "./statements.ts";
 import * as usage from "./usage.ts";
 
@@ -103,8 +102,7 @@ class Parser extends StatementParser {
 
   private import(): void {
     const { at } = this.next;
-    const path = tidied(this.text("the file to import, in quotes"));
-    if (isBlank(path)) throw new Fault(at, NO_FILE);
+    const path = this.path("the file to import, in quotes");
     if (!this.takesWord("as")) throw this.expected("`as` and a name for the file");
     const { name: alias } = this.declared("a name for the file");
     this.aliases.add(alias);

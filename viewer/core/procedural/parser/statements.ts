@@ -7,7 +7,6 @@ import {
   LEVELS_OF_PART,
   later,
   missingNumber,
-  NO_FILE,
   noStatement,
   nothingBehind,
   RANGE_OF_LOOP,
@@ -28,7 +27,7 @@ import {
   type Transform,
   type Written,
 } from "../syntax.ts";
-import { DECLARATIONS, type Given, isBlank, tidied } from "./cursor.ts";
+import { DECLARATIONS, type Given } from "./cursor.ts";
 import { ExpressionParser, unnamed } from "./expressions.ts";
 import {
   ASKS_FOR_PICTURES,
@@ -131,7 +130,7 @@ export class StatementParser extends ExpressionParser {
         return { reach, joined: (body) => ({ kind: "paint", call, body }) };
       }
       case "called": {
-        const name = this.text("a name in quotes");
+        const name = this.named("called", "a name in quotes");
         this.behind(word, at);
         return { reach, joined: (body) => ({ kind: "called", at, name, body }) };
       }
@@ -170,17 +169,14 @@ export class StatementParser extends ExpressionParser {
       case "heights":
         return this.heights(at);
       case "viewpoint":
-        return { kind: "viewpoint", at, name: this.text("the viewpoint's name in quotes") };
+        return { kind: "viewpoint", at, name: this.named("viewpoint", "the viewpoint's name in quotes") };
       case "impostor": {
         if (!this.isSymbol("(")) throw this.expected(ASKS_FOR_PICTURES);
         const numbers = this.givenTo("impostor", IMPOSTOR, at);
         return { kind: "impostor", at, numbers: rowOf("numbers", numbers) };
       }
       case "model": {
-        const pathAt = this.next.at;
-        const path = tidied(this.text("a glTF file in quotes"));
-        if (isBlank(path)) throw new Fault(pathAt, NO_FILE);
-        return { kind: "model", at, path };
+        return { kind: "model", at, path: this.path("a glTF file in quotes") };
       }
     }
     const solid = solidNamed(word.text);

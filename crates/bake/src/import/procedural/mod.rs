@@ -21,17 +21,19 @@ use std::sync::Arc;
 
 use belvedere_scene::procedural::limits::{MAX_TEXT_BYTES, reached};
 use belvedere_scene::procedural::{
-    DcgError, Limits as GrowthLimits, Loader, Program, Settings, Value, Watch, grow_watched, nearest,
+    DcgError, Limits as GrowthLimits, Loader, Program, Settings, Value, Watch, bounds_watched, grow_watched, nearest,
 };
+use belvedere_scene::{Bounds, procedural::limits::Usage};
 
 use super::container::has_ending;
 use super::limits::Budget;
-use super::uri::relative_path;
-use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles, is_rules, large};
+use super::uri::{Astray, relative_path};
+use super::{Asker, FileError, ImportError, Imported, Limits, SourceFiles, is_gltf, is_rules, large};
 use crate::defect::Defects;
 use crate::progress::{Progress, Stage, Within};
 pub use growth::Growth;
-pub(super) use node::{Nursery, Planting, steps_of, wanted};
+pub(super) use node::{Nursery, Planting, Wish, steps_of};
+pub(super) use scene::number;
 use texts::texts_of;
 
 /// What rules are given besides their text.
@@ -63,6 +65,32 @@ pub fn plant(path: &str, bytes: Vec<u8>, settings: &Settings, ground: Ground) ->
     let mut growth = watched(path, bytes, (settings, false), (ground, &budget))?;
     large::drop_wishes(&mut growth.scene, &mut growth.defects);
     Ok(growth)
+}
+
+/// Finds a box that holds what a file of rules would grow, and what that takes, without growing it. Parts that say `within` are
+/// taken by their word.
+///
+/// # Errors
+/// As [`plant`], but for what is inside of such parts.
+pub fn measure(
+    path: &str,
+    bytes: Vec<u8>,
+    settings: &Settings,
+    ground: Ground,
+) -> Result<(Bounds, Usage), ImportError> {
+    let budget = Budget::new(ground.limits);
+    let program = program(path, bytes, ground)?;
+    let placed = Placed::of(path, &program, (ground, &budget));
+    let most = settings.limits.steps;
+    ground.progress.start(Stage::Import, most);
+    let measured = telling(ground.progress, most, |tell| {
+        bounds_watched(&program, settings, &|path| placed.bounds(path), tell)
+    })?;
+    // The box of what could not be read is missing.
+    for (imported, _) in placed.known.into_inner().into_values() {
+        imported?;
+    }
+    Ok(measured)
 }
 
 /// The same, with what the author made coarser where that is wanted, within a budget. All of a source: its steps, of as many as
@@ -98,43 +126,30 @@ fn planted(
     watch: Watch,
 ) -> Result<Growth, ImportError> {
     let program = program(path, bytes, ground)?;
-    let beside = Beside::of(path, ground);
-    let models = RefCell::new(BTreeMap::new());
-    let boxes = |path: &str| {
-        let mut models = models.borrow_mut();
-        if !models.contains_key(path) {
-            let imported = beside.import(path, &program, (ground, budget));
-            let bounds = imported.as_ref().ok().map(|imported| imported.scene.bounds());
-            models.insert(path.to_owned(), (imported, bounds));
-        }
-        models[path].1
-    };
-    let mut grown = grow_watched(&program, settings, &boxes, watch)?;
+    let placed = Placed::of(path, &program, (ground, budget));
+    let mut grown = grow_watched(&program, settings, &|path| placed.bounds(path), watch)?;
     let mut defects = Defects::default();
     let texts = texts_of(&program, &mut grown, &mut defects);
     let rules = (Arc::new(texts), settings.seed);
     let mut of_models = Defects::default();
     let mut model_bytes = BTreeMap::new();
     let growing = scene::Growing {
+        program: &program,
         rules: &rules,
         settings,
         with_levels,
         defects: &mut defects,
     };
     let scene = scene::scene_of(&grown, growing, (ground.limits, budget), &mut |model| {
-        let known = models.borrow_mut().remove(model);
-        let imported = known.map_or_else(
-            || beside.import(model, &program, (ground, budget)),
-            |(imported, _)| imported,
-        )?;
+        let imported = placed.take(model)?;
         of_models.absorb(imported.defects);
         model_bytes.insert(model.to_owned(), imported.scene.explicit_bytes());
         Ok(imported.scene)
     })?;
     defects.absorb(of_models);
-    let placed = grown.instances().into_iter();
-    let placed = placed.flat_map(|instance| &grown.parts[instance.part].models);
-    let explicit_bytes = grown.explicit_bytes() + placed.map(|(path, _)| model_bytes[path]).sum::<u64>();
+    let models = grown.instances().into_iter();
+    let models = models.flat_map(|instance| &grown.parts[instance.part].models);
+    let explicit_bytes = grown.explicit_bytes() + models.map(|(path, _)| model_bytes[path]).sum::<u64>();
     Ok(Growth {
         program,
         grown,
@@ -142,6 +157,47 @@ fn planted(
         explicit_bytes,
         defects,
     })
+}
+
+/// A file that was read, and the box around it.
+type PlacedFile = (Result<Imported, ImportError>, Option<Bounds>);
+
+/// glTF files that rules place, each read once, when its box is asked for first.
+struct Placed<'a> {
+    beside: Beside<'a>,
+    program: &'a Program,
+    on: (Ground<'a>, &'a Budget),
+    known: RefCell<BTreeMap<String, PlacedFile>>,
+}
+
+impl<'a> Placed<'a> {
+    fn of(path: &'a str, program: &'a Program, on: (Ground<'a>, &'a Budget)) -> Self {
+        Self {
+            beside: Beside::of(path, on.0),
+            program,
+            on,
+            known: RefCell::default(),
+        }
+    }
+
+    /// The box around one, if it could be read.
+    fn bounds(&self, path: &str) -> Option<Bounds> {
+        let mut known = self.known.borrow_mut();
+        if !known.contains_key(path) {
+            let imported = self.beside.import(path, self.program, self.on);
+            let bounds = imported.as_ref().ok().map(|imported| imported.scene.bounds());
+            known.insert(path.to_owned(), (imported, bounds));
+        }
+        known[path].1
+    }
+
+    /// What one holds.
+    fn take(&self, path: &str) -> Result<Imported, ImportError> {
+        match self.known.borrow_mut().remove(path) {
+            Some((imported, _)) => imported,
+            None => self.beside.import(path, self.program, self.on),
+        }
+    }
 }
 
 /// Reads rules and what they import.
@@ -224,9 +280,9 @@ impl<'a> Beside<'a> {
         }
     }
 
-    fn path(&self, relative: &str) -> Option<String> {
+    fn path(&self, relative: &str) -> Result<String, Astray> {
         let path = relative_path(relative)?;
-        Some(if self.folder.is_empty() {
+        Ok(if self.folder.is_empty() {
             path
         } else {
             format!("{}/{path}", self.folder)
@@ -266,7 +322,7 @@ impl<'a> Beside<'a> {
         (ground, budget): (Ground, &Budget),
     ) -> Result<Imported, ImportError> {
         let missing = |reason: String| ImportError::Rules(program.model_error(relative, reason));
-        let path = self.path(relative).ok_or_else(|| missing(OUTSIDE.to_owned()))?;
+        let path = self.path(relative).map_err(|astray| missing(astray.to_string()))?;
         if is_rules(&path) || has_ending(&path, "plan") {
             return Err(missing("`model` places glTF files; use `import` for rules".to_owned()));
         }
@@ -301,11 +357,9 @@ fn names_gltf(path: &str) -> bool {
     has_ending(path, "glb") || has_ending(path, "gltf")
 }
 
-const OUTSIDE: &str = "it lies outside of the source's folder: put it beside the source";
-
 impl Loader for Beside<'_> {
     fn load(&self, relative: &str) -> Result<String, String> {
-        let path = self.path(relative).ok_or(OUTSIDE)?;
+        let path = self.path(relative).map_err(|astray| astray.to_string())?;
         if names_gltf(relative) {
             return Err("`import` reads rules; place a glTF file with `model`".to_owned());
         }

@@ -8,7 +8,7 @@ use glam::{DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 
 use super::absorb::absorb;
-use super::{Beside, Budget, Ground, OUTSIDE, growth_limits, planted, telling};
+use super::{Astray, Beside, Budget, Ground, growth_limits, is_gltf, planted, telling};
 use crate::defect::Defects;
 use crate::import::document::whole;
 use crate::import::error::{Flaw, Read, Trouble, flaw};
@@ -26,14 +26,27 @@ pub(crate) struct Planting {
     /// What its author said it is.
     pub(crate) role: Role,
     pub(crate) world_from_node: DMat4,
-    /// Its `extras.belvedere`.
-    pub(crate) wanted: Json,
+    pub(crate) wish: Wish,
 }
 
-/// What a node's extras say of rules, when they do.
-pub(crate) fn wanted(node: &Json) -> Option<&Json> {
-    let belvedere = node.pointer("/extras/belvedere")?;
-    belvedere.get("procedural").map(|_| belvedere)
+/// What a node's `extras.belvedere` say of rules.
+#[derive(Debug, Clone)]
+pub(crate) struct Wish {
+    of: Json,
+    /// The same as a text: equal wishes have equal ones.
+    key: String,
+}
+
+impl Wish {
+    /// That of a node, when it has one.
+    pub(crate) fn of(node: &Json) -> Option<Self> {
+        let belvedere = node.pointer("/extras/belvedere")?;
+        belvedere.get("procedural")?;
+        Some(Self {
+            of: belvedere.clone(),
+            key: belvedere.to_string(),
+        })
+    }
 }
 
 /// Grows what nodes name; equal wishes once.
@@ -53,8 +66,8 @@ struct Grove {
 }
 
 /// The most steps that different wishes may take, as progress is told of them.
-pub(crate) fn steps_of<'w>(wishes: impl Iterator<Item = &'w Json>, limits: &Limits) -> u64 {
-    let different: BTreeSet<_> = wishes.map(Json::to_string).collect();
+pub(crate) fn steps_of<'w>(wishes: impl Iterator<Item = &'w Wish>, limits: &Limits) -> u64 {
+    let different: BTreeSet<_> = wishes.map(|wish| &wish.key).collect();
     different.len() as u64 * growth_limits(limits).steps
 }
 
@@ -66,19 +79,19 @@ impl Nursery {
         planting: &Planting,
         (reader, ground): (&mut Reader, Ground),
     ) -> Result<(), ImportError> {
-        let key = planting.wanted.to_string();
+        let Wish { of: wanted, key } = &planting.wish;
         let Reader { defects, budget, .. } = reader;
         let linear = DMat3::from_mat4(planting.world_from_node);
         if linear.determinant() == 0.0 || !linear.inverse().is_finite() {
             defects.note("rules at a node without volume: not grown", 1, || planting.node.clone());
             return Ok(());
         }
-        let asked = impostor::of_extras(&planting.wanted, defects, &planting.node);
-        if !self.known.contains_key(&key) {
+        let asked = impostor::of_extras(wanted, defects, &planting.node);
+        if !self.known.contains_key(key) {
             let limits = growth_limits(ground.limits);
             let most = limits.steps;
             let grown = telling(ground.progress, most, |tell| {
-                grow_wanted(&planting.wanted, limits, (ground, budget), tell)
+                grow_wanted(wanted, limits, (ground, budget), tell)
             });
             let grove = match grown {
                 Ok((mut inner, found)) => {
@@ -112,7 +125,7 @@ impl Nursery {
             viewpoints,
             authored,
             refused,
-        } = &self.known[&key];
+        } = &self.known[key];
         if let Some(Flaw { kind, place }) = refused {
             defects.name(kind, [format!("node \"{}\", {place}", planting.node)]);
         }
@@ -152,7 +165,10 @@ impl Nursery {
                 let node = format!("{}/{}", planting.node, shape.node);
                 budget.claim(shape.triangles.len(), size_of::<[DVec3; 3]>(), || node.clone())?;
                 let triangles = shape.triangles.iter().copied();
-                placed.push(AuthoredShape::placed(node, triangles, planting.world_from_node));
+                placed.push(AuthoredShape {
+                    said: shape.said.clone(),
+                    ..AuthoredShape::placed(node, triangles, planting.world_from_node)
+                });
             }
         }
         Ok(())
@@ -167,14 +183,16 @@ fn grow_wanted(
     watch: Watch,
 ) -> Read<(SourceScene, Defects)> {
     let named = wanted["procedural"].as_str();
-    let Some(path) = named.and_then(relative_path) else {
-        let names_any = named.is_some_and(|path| path.split('/').any(|part| !matches!(part, "" | ".")));
-        let shown = shown(&wanted["procedural"]);
-        let told = match names_any {
-            true => format!("`procedural` is {shown}: {OUTSIDE}"),
-            false => format!("`procedural` is {shown}; write the path of a file, as in \"tree.dcg\""),
-        };
-        return flaw("`procedural` that names no file beside the source: not grown", told);
+    let path = match named.map_or(Err(Astray::Empty), relative_path) {
+        Ok(path) => path,
+        Err(astray) => {
+            let shown = shown(&wanted["procedural"]);
+            let told = match astray {
+                Astray::Empty => format!("`procedural` is {shown}; write the path of a file, as in \"tree.dcg\""),
+                _ => format!("`procedural` is {shown}: {astray}"),
+            };
+            return flaw("`procedural` that names no file beside the source: not grown", told);
+        }
     };
     let told = |what: String| format!("{path}: {what}");
     let settings = Settings {
@@ -191,14 +209,25 @@ fn grow_wanted(
             return flaw("rules that cannot be read: not grown", told(cause));
         }
     };
+    if is_gltf(&bytes) {
+        let what = format!(
+            "this is glTF or an archive, and `procedural` takes rules (.dcg); rules place it with `model \"{}\"`",
+            path.rsplit('/').next().unwrap_or_default()
+        );
+        return flaw("`procedural` that names no rules: not grown", told(what));
+    }
     let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
     let kind = "rules that are wrong, or given what they do not take: not grown";
-    let growth = planted(&path, bytes, (&settings, true), (ground, budget), watch).or_else(|cause| match cause {
-        ImportError::Rules(error) if error.line == 0 => flaw(kind, told(error.to_string())),
-        ImportError::Rules(error) => flaw(kind, error.below(folder).to_string()),
-        ImportError::Memory { .. } | ImportError::TooManyObjects { .. } | ImportError::Cancelled => Err(cause.into()),
-        other => flaw(kind, told(other.to_string())),
-    })?;
+    let mut growth =
+        planted(&path, bytes, (&settings, true), (ground, budget), watch).or_else(|cause| match cause {
+            ImportError::Rules(error) if error.line == 0 => flaw(kind, told(error.to_string())),
+            ImportError::Rules(error) => flaw(kind, error.below(folder).to_string()),
+            ImportError::Memory { .. } | ImportError::TooManyObjects { .. } | ImportError::Cancelled => {
+                Err(cause.into())
+            }
+            other => flaw(kind, told(other.to_string())),
+        })?;
+    growth.scene.authored.put_below(folder);
     Ok((growth.scene, growth.defects))
 }
 

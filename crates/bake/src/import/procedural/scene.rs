@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Recipe, Settings, Surface};
+use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Program, Recipe, Said, Settings, Surface};
 use glam::{DMat4, DVec3, Vec3};
 use serde_json::json;
 
@@ -17,7 +17,7 @@ use crate::import::limits::Budget;
 use crate::import::topology::compact;
 use crate::import::{ImportError, Limits};
 use crate::source::{
-    Authored, AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceRecipe, SourceScene,
+    self, Authored, AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceRecipe, SourceScene,
     SourceViewpoint, Topology,
 };
 
@@ -29,6 +29,7 @@ pub(super) type Rules = (Arc<BTreeMap<String, String>>, u32);
 
 /// With what the model was grown, and where to count what is wrong.
 pub(super) struct Growing<'a> {
+    pub(super) program: &'a Program,
     pub(super) rules: &'a Rules,
     pub(super) settings: &'a Settings,
     /// Whether what the author made coarser is wanted too.
@@ -49,6 +50,7 @@ pub(super) fn scene_of(
     };
     let material_of = add_materials(grown, &mut scene);
     let Growing {
+        program,
         rules,
         settings,
         with_levels,
@@ -75,6 +77,19 @@ pub(super) fn scene_of(
     }
     let mut model_of = vec![None; models.len()];
     let mut imported: BTreeMap<&str, Vec<SourceObject>> = BTreeMap::new();
+    let files: Vec<&str> = program.files().map(|(file, _)| file).collect();
+    let mut places = BTreeMap::new();
+    let mut place_of = |said: Said| {
+        let place = || {
+            Arc::new(source::Said {
+                texts: rules.0.clone(),
+                folder: String::new(),
+                file: files[said.file].to_owned(),
+                at: said.at,
+            })
+        };
+        Arc::clone(places.entry(said).or_insert_with(place))
+    };
     for instance in grown.instances() {
         let part = &grown.parts[instance.part];
         let world_from_part = matrix(&instance);
@@ -112,7 +127,10 @@ pub(super) fn scene_of(
             let name = || instance.name.to_owned();
             budget.claim(triangles.sum(), size_of::<[DVec3; 3]>(), name)?;
             let triangles = model.primitives.iter().flat_map(Primitive::exact_triangles);
-            list.push(AuthoredShape::placed(name(), triangles, world_from_part));
+            list.push(AuthoredShape {
+                said: instance.said.map(&mut place_of),
+                ..AuthoredShape::placed(name(), triangles, world_from_part)
+            });
             continue;
         }
         check_room(&scene, limits, instance.name)?;
@@ -136,6 +154,13 @@ pub(super) fn scene_of(
     let shapes = cells.iter_mut().chain(portals).chain(occluders);
     let objects = scene.objects.iter_mut().map(|object| &mut object.source_node);
     number(objects.chain(shapes.map(|shape| &mut shape.node)).collect());
+    number(
+        scene
+            .viewpoints
+            .iter_mut()
+            .map(|viewpoint| &mut viewpoint.name)
+            .collect(),
+    );
     Ok(scene)
 }
 
@@ -151,7 +176,7 @@ fn check_room(scene: &SourceScene, limits: &Limits, place: &str) -> Result<(), I
 
 /// Gives each a name of its own: `tree`, `tree 2`, `tree 3` …; where something is called `tree 2` already, the second tree
 /// takes the first number that no tree has.
-fn number(names: Vec<&mut String>) {
+pub(crate) fn number(names: Vec<&mut String>) {
     /// How many there are of a name, how many of them have been met, and the last number that was given.
     #[derive(Default)]
     struct Count {
@@ -266,7 +291,7 @@ fn tie(part: &Part, is_whole: bool) -> Option<Tie> {
     let holds_others = !part.placements.is_empty() || !part.models.is_empty();
     match part.recipe {
         Some(_) => None,
-        None if part.is_called => Some(Tie::Called),
+        None if part.called.is_some() => Some(Tie::Called),
         None if holds_others && is_whole => Some(Tie::Outside),
         None if holds_others => Some(Tie::Others),
         None => part.takes_paint.then_some(Tie::Paint),

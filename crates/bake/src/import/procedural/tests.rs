@@ -287,7 +287,7 @@ fn what_rules_draw_for_the_bake_stands_where_their_node_stands() {
         [
             ("eye", [0.0; 3]),
             ("Yard", [10.0, 3.4, 10.0]),
-            ("Yard", [20.0, 3.4, 10.0])
+            ("Yard 2", [20.0, 3.4, 10.0])
         ]
     );
     // A viewpoint has no scale, and looks along −z of its own, turned by 90°.
@@ -347,6 +347,15 @@ fn each_object_has_a_name_of_its_own() {
     .scene;
     let cells: Vec<_> = scene.authored.cells.iter().map(|cell| cell.node.as_str()).collect();
     assert_eq!(cells, ["cell:yard", "cell:yard 3", "cell:yard 2"]);
+    let text = "box(1, 1, 1) viewpoint \"Gate\" viewpoint \"Gate 2\" viewpoint \"Gate\" called \"Gate\" box(1, 1, 1)";
+    let scene = rules(text, &[]).unwrap().scene;
+    let viewpoints: Vec<_> = scene
+        .viewpoints
+        .iter()
+        .map(|viewpoint| viewpoint.name.as_str())
+        .collect();
+    assert_eq!(viewpoints, ["Gate", "Gate 2", "Gate 3"]);
+    assert_eq!(scene.objects[1].source_node, "Gate");
 }
 
 #[test]
@@ -432,6 +441,16 @@ fn parts_of_a_file_that_was_given_more_than_a_text_may_hold_are_meshes() {
     let kind =
         "part of a file that is given so much, or in so many ways, that its rules would be too long: offered as meshes";
     assert_eq!(imported.defects.count(kind), 1);
+}
+
+#[test]
+fn parts_of_a_file_that_no_import_can_name_are_meshes() {
+    for name in ["a\u{202e}b.dcg", "a\"b.dcg"] {
+        let imported = read(name, b"part p() { box(1, 1, 1) } p()".to_vec(), &[]).unwrap();
+        assert!(imported.scene.models[0].recipe.is_none(), "{name:?}");
+        let kind = "part of a file whose name no `import` can have: offered as meshes";
+        assert_eq!(imported.defects.count(kind), 1, "{name:?}");
+    }
 }
 
 /// The texts of a recipe.

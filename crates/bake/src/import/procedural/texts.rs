@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use belvedere_scene::procedural::limits::{MAX_ALL_TEXT_BYTES, MAX_TEXT_BYTES};
-use belvedere_scene::procedural::{Grown, Program};
+use belvedere_scene::procedural::{Grown, NoImports, Problem, Program};
 
 use crate::defect::Defects;
 
@@ -20,7 +20,13 @@ pub(super) fn texts_of(program: &Program, grown: &mut Grown, defects: &mut Defec
     let all_bytes: usize = texts.values().map(String::len).sum();
     let mut known: BTreeMap<(String, usize), Option<String>> = BTreeMap::new();
     let (mut left, mut numbers) = (MOST_GIVEN_BYTES, 1_u32..);
+    let unsaid: Vec<String> = texts.keys().filter(|file| !can_be_imported(file)).cloned().collect();
     for part in &mut grown.parts {
+        if part.recipe.as_ref().is_some_and(|recipe| unsaid.contains(&recipe.file)) {
+            let kind = "part of a file whose name no `import` can have: offered as meshes";
+            defects.note(kind, 1, || part.name.clone());
+            part.recipe = None;
+        }
         let Some(recipe) = part.recipe.as_mut().filter(|recipe| !recipe.given.is_empty()) else {
             continue;
         };
@@ -37,6 +43,9 @@ pub(super) fn texts_of(program: &Program, grown: &mut Grown, defects: &mut Defec
             let stem = recipe.file.strip_suffix(".dcg").unwrap_or(&recipe.file);
             let mut names = numbers.by_ref().map(|number| format!("{stem}.{number}.dcg"));
             let name = names.find(|name| !texts.contains_key(name))?;
+            if !can_be_imported(&name) {
+                return None;
+            }
             texts.insert(name.clone(), text);
             Some(name)
         });
@@ -50,4 +59,10 @@ pub(super) fn texts_of(program: &Program, grown: &mut Grown, defects: &mut Defec
         }
     }
     texts
+}
+
+/// Whether rules can say the name of a file: the one that is read first may have any.
+fn can_be_imported(file: &str) -> bool {
+    let said = Program::read("alone", format!("import \"{file}\" as file"), &NoImports);
+    said.is_err_and(|error| matches!(&error.problem, Problem::Import { path, .. } if path == file))
 }

@@ -29,6 +29,7 @@ impl<'p> Evaluator<'p> {
             path: step(scope.path, call.site),
             depth,
             level: 0,
+            held: self.held,
         })
     }
 
@@ -46,7 +47,7 @@ impl<'p> Evaluator<'p> {
             self.visit_rule(turtle, rule, index, inner)
         };
         done.map_err(|error| self.traced((scope.module, at), error))?;
-        self.stack.truncate(inner.base);
+        self.close_frame(&inner);
         Ok(())
     }
 
@@ -59,7 +60,7 @@ impl<'p> Evaluator<'p> {
         self.bind((scope, call), &inner, (&function.formals, function.slots))?;
         let value = self.written(&inner, &function.value);
         let value = value.map_err(|error| self.traced((scope.module, call.at), error))?;
-        self.stack.truncate(inner.base);
+        self.close_frame(&inner);
         Ok(value)
     }
 
@@ -84,9 +85,10 @@ impl<'p> Evaluator<'p> {
         inner: &Scope,
         (formals, slots): (&'p [Formal], u32),
     ) -> Outcome<()> {
-        self.stack.resize(inner.base + slots as usize, Value::NONE);
+        self.open_frame(inner.base, slots);
         for (slot, argument) in call.given() {
-            self.stack[inner.base + slot] = self.written(scope, &argument.value)?;
+            let value = self.written(scope, &argument.value)?;
+            self.put(inner.base + slot, value, (scope.module, argument.value.at))?;
         }
         self.bind_defaults((scope, call), inner, formals)
     }
@@ -100,7 +102,8 @@ impl<'p> Evaluator<'p> {
         for (slot, formal) in call.left(formals) {
             if let Some(default) = &formal.default {
                 let value = self.written(inner, default);
-                self.stack[inner.base + slot] = value.map_err(|error| self.traced((scope.module, call.at), error))?;
+                let put = value.and_then(|value| self.put(inner.base + slot, value, (inner.module, default.at)));
+                put.map_err(|error| self.traced((scope.module, call.at), error))?;
             }
         }
         Ok(())

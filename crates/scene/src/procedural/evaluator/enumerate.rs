@@ -30,7 +30,9 @@ impl<'p> Evaluator<'p> {
         (plan, body): (u32, &'p Statement),
     ) -> Outcome<()> {
         let path = step(scope.path, site);
-        match self.written(scope, over)? {
+        let value = self.written(scope, over)?;
+        let size = value.listed();
+        match value {
             Value::Number(count) => {
                 let count = self
                     .within((scope, over.at), count, "a count", (0.0, MAX_COUNT))?
@@ -51,6 +53,7 @@ impl<'p> Evaluator<'p> {
                 }
             }
             Value::List(items, _) => {
+                self.hold((scope.module, over.at), size)?;
                 let turns = Turns {
                     count: items.iter().take_while(|item| gives(item, slots.len())).count(),
                     path: Some(path),
@@ -65,6 +68,7 @@ impl<'p> Evaluator<'p> {
                     self.assign((scope, over.at), slots, item.clone())?;
                     self.visit(&inner, turtle, body)?;
                 }
+                self.release(size);
             }
         }
         Ok(())
@@ -73,10 +77,10 @@ impl<'p> Evaluator<'p> {
     /// One name takes a value as it is, several take the items of a list.
     fn assign(&mut self, (scope, at): (&Scope, At), slots: &[u32], value: Value) -> Outcome<()> {
         match (slots, value) {
-            ([slot], value) => *self.local(scope, *slot) = value,
+            ([slot], value) => self.put(scope.base + *slot as usize, value, (scope.module, at))?,
             (_, Value::List(items, _)) if items.len() == slots.len() => {
                 for (slot, item) in slots.iter().zip(items.iter()) {
-                    *self.local(scope, *slot) = item.clone();
+                    self.put(scope.base + *slot as usize, item.clone(), (scope.module, at))?;
                 }
             }
             _ => {

@@ -20,10 +20,7 @@ impl<'p> Evaluator<'p> {
             Expr::Local(slot) => self.local(scope, *slot).clone(),
             Expr::Global(index) => self.global(scope, *index)?,
             Expr::Colour(channels) => Value::numbers(*channels),
-            Expr::List(items, at) => {
-                let values: Outcome<_> = items.iter().map(|item| self.value(scope, *at, item)).collect();
-                self.limited(scope, *at, values?)?
-            }
+            Expr::List(items, at) => self.list(scope, *at, items)?,
             Expr::Item { at, of } => self.item(scope, *at, &of[0], &of[1])?,
             Expr::If(branches) => {
                 let [condition, then, otherwise] = &**branches;
@@ -115,11 +112,20 @@ impl<'p> Evaluator<'p> {
         }
     }
 
-    fn limited(&mut self, scope: &Scope, at: At, items: Vec<Value>) -> Outcome<Value> {
-        let list = Value::list(items);
-        if list.size() > MAX_LIST {
-            return self.error(scope.module, at, reached("numbers in a list", MAX_LIST as u64));
+    /// A list that is written out. Of one that becomes too long no more is computed.
+    fn list(&mut self, scope: &Scope, at: At, items: &'p [Expr]) -> Outcome<Value> {
+        let (mut values, mut size) = (Vec::with_capacity(items.len()), 0);
+        for item in items {
+            let value = self.value(scope, at, item)?;
+            size += value.size();
+            if size >= MAX_LIST {
+                return self.error(scope.module, at, reached("numbers in a list", MAX_LIST as u64));
+            }
+            self.hold((scope.module, at), value.size())?;
+            values.push(value);
         }
+        self.release(size);
+        let list = Value::list(values);
         if list.depth() > MAX_LIST_DEPTH {
             return self.error(
                 scope.module,
@@ -151,8 +157,13 @@ impl<'p> Evaluator<'p> {
     }
 
     fn item(&mut self, scope: &Scope, at: At, list: &'p Expr, index: &'p Expr) -> Outcome<Value> {
+        // Part of what is held anyway, or nobody else's.
+        let is_held = list.is_of_name();
         let list = self.items(scope, at, list, "what has items")?;
+        let size = if is_held { 0 } else { list.size() };
+        self.hold((scope.module, at), size)?;
         let index = self.number(scope, at, index, "the number of an item")?;
+        self.release(size);
         let Value::List(items, _) = &list else {
             unreachable!("items gives lists")
         };
@@ -287,9 +298,16 @@ impl<'p> Evaluator<'p> {
 
     /// Between two numbers, or item by item between two lists.
     fn mix(&mut self, scope: &Scope, at: At, arguments: &'p [Written]) -> Outcome<Value> {
-        let from = self.written(scope, &arguments[0])?;
-        let to = self.written(scope, &arguments[1])?;
+        let mut held = 0;
+        let mut side = |evaluator: &mut Self, index: usize| -> Outcome<Value> {
+            let value = evaluator.written(scope, &arguments[index])?;
+            evaluator.hold((scope.module, arguments[index].at), value.listed())?;
+            held += value.listed();
+            Ok(value)
+        };
+        let (from, to) = (side(self, 0)?, side(self, 1)?);
         let part = self.number_of(scope, &arguments[2], "the third argument of `mix`")?;
+        self.release(held);
         self.count(scope, at, from.size() as u64)?;
         self.mixed((scope, at), &from, &to, part)
     }

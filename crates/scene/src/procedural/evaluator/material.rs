@@ -28,6 +28,7 @@ impl<'p> Evaluator<'p> {
             path: if is_given { 0 } else { path(self) },
             depth: scope.depth,
             level: 0,
+            held: self.held,
         };
         self.bind((scope, call), &inner, (&rule.formals, rule.slots))?;
         self.count(scope, call.at, listed(&self.stack[inner.base..]))?;
@@ -57,7 +58,7 @@ impl<'p> Evaluator<'p> {
             }
         };
         self.key = key;
-        self.stack.truncate(inner.base);
+        self.close_frame(&inner);
         if rule.formals.is_empty() {
             self.instances[instance].surfaces[index] = Some(material);
         }

@@ -7,12 +7,14 @@
 //! * [`statement`] visits nodes, [`enumerate`] those that visit theirs many times.
 //! * [`call`] follows edges of the graph, [`part`] shares what they lead to, [`module`] gives files their values.
 //! * [`straight`] does at one go what makes no choice.
+//! * [`held`] counts what lists take that are needed at once.
 //! * [`expression`] computes values, [`plain`] many of them at one go, [`terminal`] makes solids and [`material`] surfaces of
 //!   them, [`wish`] pictures.
 
 mod call;
 mod enumerate;
 mod expression;
+mod held;
 mod material;
 mod module;
 mod part;
@@ -116,7 +118,23 @@ pub fn grow_watched(
 /// # Errors
 /// As [`grow`] does, but for what is inside of such parts.
 pub fn bounds(program: &Program, settings: &Settings, boxes: Boxes) -> Result<Bounds, Box<DcgError>> {
-    Ok(Evaluator::new(program, settings, boxes, true).finish()?.parts[0].bounds)
+    Ok(bounds_watched(program, settings, boxes, NOBODY)?.0)
+}
+
+/// The same for somebody who wants to know how far it is, and what it took.
+///
+/// # Errors
+/// As [`bounds`].
+pub fn bounds_watched(
+    program: &Program,
+    settings: &Settings,
+    boxes: Boxes,
+    watch: Watch,
+) -> Result<(Bounds, Usage), Box<DcgError>> {
+    let mut evaluator = Evaluator::new(program, settings, boxes, true);
+    evaluator.watch = watch;
+    let grown = evaluator.finish()?;
+    Ok((grown.parts[0].bounds, grown.usage))
 }
 
 /// Refuses what a model is given if it does not take it.
@@ -143,6 +161,8 @@ struct Scope {
     depth: u32,
     /// Calls of this rule inside each other.
     level: u32,
+    /// What was [held](Evaluator::held) when it began.
+    held: usize,
 }
 
 /// What is handed down besides names.
@@ -193,6 +213,10 @@ struct Evaluator<'p> {
     next_stop: u64,
     nesting: u32,
     stack: Vec<Value>,
+    /// For each place of the stack the size of the list that was put there last.
+    listed: Vec<u32>,
+    /// Numbers of lists that are needed now.
+    held: usize,
     instances: Vec<ModuleInstance>,
     /// How many there have been.
     instances_made: u32,
@@ -237,6 +261,8 @@ impl<'p> Evaluator<'p> {
             next_stop: WATCHED_EACH.min(settings.limits.steps),
             nesting: 0,
             stack: Vec::new(),
+            listed: Vec::new(),
+            held: 0,
             instances: Vec::new(),
             instances_made: 0,
             settled: program
@@ -261,6 +287,7 @@ impl<'p> Evaluator<'p> {
 
     fn finish(mut self) -> Outcome<Grown> {
         let grown = self.grow_model();
+        let grown = grown.map_err(|error| self.program.with_given(error, self.settings));
         if !self.measuring {
             self.program.kept.put(self.plans);
         }
@@ -333,6 +360,14 @@ impl<'p> Evaluator<'p> {
         (self.watch)(steps.min(most));
         self.next_stop = steps.saturating_add(WATCHED_EACH).min(most);
         steps <= most
+    }
+
+    /// Says how many steps were taken where they were paid for at one go.
+    #[inline]
+    fn tell(&mut self) {
+        if self.usage.steps > self.next_stop {
+            self.goes_on();
+        }
     }
 
     /// Goes one deeper; whether that is allowed.

@@ -63,12 +63,15 @@ impl<'p> Evaluator<'p> {
 
     pub(super) fn place_file(&mut self, scope: &Scope, turtle: &Turtle, call: &'p Call, depth: u32) -> Outcome<()> {
         let module = call.target.module;
+        let held = self.held;
         let mut given = vec![None; self.program.modules[module].parameters.len()];
         for (slot, argument) in call.given() {
             let value = self.written(scope, &argument.value)?;
+            self.hold((scope.module, argument.value.at), value.listed())?;
             given[slot] = Some((value, Some((scope.module, argument.value.at))));
         }
         let (instance, path) = self.instance(module, given, Some((scope.module, call.at)))?;
+        self.held = held;
         let key = vec![2, instance as u64, turtle.material as u64];
         let part = match self.known.get(&key) {
             Some(&part) => part,
@@ -94,13 +97,12 @@ impl<'p> Evaluator<'p> {
         let body = &self.program.modules[module];
         let name = body.file.rsplit('/').next().unwrap_or_default();
         let part = self.parts.len();
-        self.parts.push(Part::new(stem_of(name), false));
+        self.parts.push(Part::new(stem_of(name), None));
         self.accounts.push(Account {
             has_phase: body.parameters.iter().any(|parameter| parameter.formal.name == PHASE),
             ..Account::default()
         });
         let base = self.stack.len();
-        self.stack.resize(base + body.body_slots as usize, Value::NONE);
         let scope = Scope {
             module,
             instance,
@@ -108,13 +110,15 @@ impl<'p> Evaluator<'p> {
             path,
             depth,
             level: 0,
+            held: self.held,
         };
+        self.open_frame(base, body.body_slots);
         self.inside(part, turtle.material, true, |e, turtle| {
             body.body
                 .iter()
                 .try_for_each(|statement| e.visit(&scope, turtle, statement))
         })?;
-        self.stack.truncate(base);
+        self.close_frame(&scope);
         self.accounts[part].finished = true;
         self.note_recipe(part, turtle.material, |e| {
             let names = body.parameters.iter().map(|parameter| parameter.formal.name.clone());
@@ -158,6 +162,7 @@ impl<'p> Evaluator<'p> {
             path: self.settings.seed,
             depth: 0,
             level: 0,
+            held: self.held,
         };
         for (slot, (parameter, given)) in file.parameters.iter().zip(given).enumerate() {
             let (value, place) = match (given, &parameter.formal.default) {
@@ -169,10 +174,12 @@ impl<'p> Evaluator<'p> {
                 }
                 (None, None) => (Value::NONE, Some((module, parameter.formal.at))),
             };
+            self.hold(place.unwrap_or((module, parameter.formal.at)), value.listed())?;
             self.check_range(&scope, parameter, &value, place)?;
             scope.path = value.step(scope.path);
             self.instances[instance].values[slot] = Some(value);
         }
+        self.held = scope.held;
         let parameters = &self.instances[instance].values[..file.parameters.len()];
         let mut key = vec![3, module as u64];
         parameters.iter().flatten().for_each(|value| value.key(&mut key));

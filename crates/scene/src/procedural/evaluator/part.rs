@@ -5,7 +5,7 @@
 use super::{Account, Evaluator, Outcome, Scope, Turtle, listed};
 use crate::Bounds;
 use crate::procedural::affine::Affine;
-use crate::procedural::grown::{Part, Placement};
+use crate::procedural::grown::{Part, Placement, Said};
 use crate::procedural::limits::reached;
 use crate::procedural::problem::Problem;
 use crate::procedural::random::step_name;
@@ -48,7 +48,7 @@ impl<'p> Evaluator<'p> {
             Some(&part) if self.accounts[part].finished => part,
             Some(_) => return self.error(caller.module, at, Problem::PartInItself(rule.name.clone())),
             None => {
-                let part = self.begin((caller, at), &rule.name, false)?;
+                let part = self.begin((caller, at), &rule.name, None)?;
                 self.keep((caller.module, at), kept)?;
                 self.known.insert(key, part);
                 self.accounts[part].has_phase = rule.formals.iter().any(|formal| formal.name == PHASE);
@@ -165,7 +165,8 @@ impl<'p> Evaluator<'p> {
         name: &str,
         body: &'p Statement,
     ) -> Outcome<()> {
-        let part = self.begin((scope, at), name, true)?;
+        let file = scope.module;
+        let part = self.begin((scope, at), name, Some(Said { file, at }))?;
         self.keep_name((scope.module, at), name)?;
         self.inside(part, turtle.material, false, |e, turtle| e.visit(scope, turtle, body))?;
         self.accounts[part].finished = true;
@@ -180,9 +181,9 @@ impl<'p> Evaluator<'p> {
         Ok(())
     }
 
-    fn begin(&mut self, place: (&Scope, At), name: &str, is_called: bool) -> Outcome<usize> {
+    fn begin(&mut self, place: (&Scope, At), name: &str, called: Option<Said>) -> Outcome<usize> {
         self.check_parts(place)?;
-        self.parts.push(Part::new(name, is_called));
+        self.parts.push(Part::new(name, called));
         self.accounts.push(Account::default());
         Ok(self.parts.len() - 1)
     }

@@ -153,6 +153,9 @@ impl<'p> Evaluator<'p> {
         plain: &'p Plain,
         lengths: RangeInclusive<usize>,
     ) -> Option<Vec<[f64; N]>> {
+        if !self.has_room_for_lists() {
+            return None;
+        }
         self.charged(plain.cost, |known| {
             let rows = plain.of.items().filter(|rows| lengths.contains(&rows.len()))?;
             let mut found = Vec::with_capacity(rows.len());
@@ -172,6 +175,9 @@ impl<'p> Evaluator<'p> {
 
     /// The same for faces, lists of any number of `points` each.
     pub(super) fn plain_faces(&mut self, scope: &Scope, plain: &'p Plain, points: usize) -> Option<Faces> {
+        if !self.has_room_for_lists() {
+            return None;
+        }
         self.charged(plain.cost, |known| {
             let mut faces = Faces::default();
             for face in plain.of.items()? {
@@ -195,6 +201,7 @@ impl<'p> Evaluator<'p> {
         let computed = compute(self)?;
         self.usage.steps = steps;
         self.usage.nesting = self.usage.nesting.max(nesting);
+        self.tell();
         Some(computed)
     }
 

@@ -30,9 +30,9 @@ impl<'p> Evaluator<'p> {
         match statement {
             Statement::Group { of, .. } => of.iter().try_for_each(|inner| self.visit(scope, turtle, inner)),
             Statement::Let { slot, value, .. } => {
+                let place = (scope.module, value.at);
                 let value = self.written(scope, value)?;
-                *self.local(scope, *slot) = value;
-                Ok(())
+                self.put(scope.base + *slot as usize, value, place)
             }
             Statement::If {
                 condition,

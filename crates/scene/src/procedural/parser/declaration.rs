@@ -97,11 +97,7 @@ impl<'t> Parser<'t> {
 
     fn import(&mut self) -> Parsed<()> {
         let path_at = self.peek().at;
-        let path = self.text("the file to import, in quotes")?;
-        let path = tidied(path);
-        if is_blank(&path) {
-            return Err((path_at, Problem::NoFile));
-        }
+        let path = self.path("the file to import, in quotes")?;
         if !self.takes_word("as") {
             return self.expected("`as` and a name for the file");
         }

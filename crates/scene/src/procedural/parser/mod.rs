@@ -14,14 +14,14 @@ mod usage;
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 
-use super::error::{DcgError, Place, line_of};
+use super::error::{DcgError, Place, is_order, line_of};
 use super::lexer::{Kind, Token, words};
-use super::limits::{MAX_AROUND, MAX_NESTING, MAX_TEXT_BYTES, reached};
+use super::limits::{MAX_AROUND, MAX_NAME, MAX_NESTING, MAX_TEXT_BYTES, reached};
 use super::problem::Problem;
 use super::spelling::nearest;
 use super::syntax::{Argument, At, Module, Written};
-use declaration::DECLARATIONS;
 pub use declaration::tidied;
+use declaration::{DECLARATIONS, is_blank};
 use reach::Reach;
 
 type Parsed<T> = Result<T, (At, Problem)>;
@@ -224,6 +224,28 @@ impl<'t> Parser<'t> {
         }
     }
 
+    /// The name of something, which people read or are read: `word` stands before it.
+    fn named(&mut self, word: &'static str, what: &str) -> Parsed<String> {
+        let at = self.peek().at;
+        let name = self.text(what)?;
+        if is_blank(name) {
+            return Err((at, Problem::EmptyName(word)));
+        }
+        refuse_unseen(name, at, "letters in a name")?;
+        Ok(name.to_owned())
+    }
+
+    /// The path of a file.
+    fn path(&mut self, what: &str) -> Parsed<String> {
+        let at = self.peek().at;
+        let path = tidied(self.text(what)?);
+        if is_blank(&path) {
+            return Err((at, Problem::NoFile));
+        }
+        refuse_unseen(&path, at, "letters in a path")?;
+        Ok(path)
+    }
+
     /// Runs `read` one level deeper.
     fn nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.nesting == MAX_NESTING {
@@ -331,6 +353,17 @@ impl<'t> Declared<'t> {
                 Err((at, Problem::Twice { name, first_line }))
             }
         }
+    }
+}
+
+/// Refuses a text that is longer than anybody reads, or has in it what nobody sees.
+fn refuse_unseen(text: &str, at: At, letters: &'static str) -> Parsed<()> {
+    if text.chars().count() > MAX_NAME {
+        return Err((at, reached(letters, MAX_NAME as u64)));
+    }
+    match text.chars().find(|c| is_order(*c)) {
+        Some(order) => Err((at, Problem::Unseen(order))),
+        None => Ok(()),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is done at a place? Groups, selections, values, transforms, materials, calls, solids and enumerators.
 
-use super::declaration::{DECLARATIONS, STATEMENTS, is_blank, is_reserved, tidied};
+use super::declaration::{DECLARATIONS, STATEMENTS, is_reserved};
 use super::enumerator::Many;
 use super::expression::unnamed;
 use super::usage::{self, LATER, MATERIAL};
@@ -159,7 +159,7 @@ impl<'t> Parser<'t> {
             }
             "called" => {
                 self.next += 1;
-                let name = self.text("a name in quotes")?.to_owned();
+                let name = self.named("called", "a name in quotes")?;
                 self.behind(word, at)?;
                 return Ok(Begun::Around(Around::Called { at, name }, reach));
             }
@@ -218,7 +218,7 @@ impl<'t> Parser<'t> {
             "heights" => self.heights(token.at),
             "viewpoint" => Ok(Statement::Viewpoint {
                 at: token.at,
-                name: self.text("the viewpoint's name in quotes")?.to_owned(),
+                name: self.named("viewpoint", "the viewpoint's name in quotes")?,
             }),
             "impostor" if !self.is_symbol("(") => self.expected(usage::ASKS_FOR_PICTURES),
             "impostor" => Ok(Statement::Impostor {
@@ -226,11 +226,7 @@ impl<'t> Parser<'t> {
                 arguments: self.given("impostor", IMPOSTOR, token.at)?,
             }),
             "model" => {
-                let path_at = self.peek().at;
-                let path = tidied(self.text("a glTF file in quotes")?);
-                if is_blank(&path) {
-                    return Err((path_at, Problem::NoFile));
-                }
+                let path = self.path("a glTF file in quotes")?;
                 self.module.models.push((token.at, path.clone()));
                 let at = token.at;
                 Ok(Statement::Model { at, path })

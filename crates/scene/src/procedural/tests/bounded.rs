@@ -1,6 +1,6 @@
 //! Where does it end? What is too much is refused, and what is declared holds what it should.
 
-use super::{complaint, corners, grown, read};
+use super::{complaint, complaint_of, corners, grown, read};
 use crate::procedural::{Limits, Loader, Program, Settings, grow};
 
 #[test]
@@ -86,10 +86,10 @@ fn a_box_that_is_declared_may_touch_what_it_holds() {
 
 #[test]
 fn what_is_kept_is_limited() {
-    let name = "x".repeat(900_000);
+    let name = "🏠".repeat(255);
     for text in [
-        format!("for i in 100 called \"{name}\" box(1, 1, 1)"),
-        format!("for i in 100 viewpoint \"{name}\""),
+        format!("for i in 65000 called \"{name}\" {{}}"),
+        format!("for i in 100000 viewpoint \"{name}\""),
     ] {
         let error = complaint(&text);
         assert!(error.contains("numbers kept"), "{error}");
@@ -97,7 +97,61 @@ fn what_is_kept_is_limited() {
     let list = "function f(l, n) = if n < 1 then l else f([l, l], n - 1)\nlet big = f([0], 14)";
     let lines = (0..200).map(|i| format!("\nlet a{i} = [big]")).collect::<String>();
     assert!(complaint(&format!("{list}{lines}")).contains("numbers kept"));
+    let name = "x".repeat(256);
     assert!(complaint(&format!("rule {name}() {{}}")).contains("more than 255 letters in a name"));
+}
+
+/// What lists take at once: in calls that are open, beside what is being computed, and in what a file is given. Shared lists
+/// and those that were needed before do not count against a text.
+#[test]
+fn what_lists_hold_at_once_is_limited() {
+    const LIST: &str = "function long(n) = if n < 1 then [0] else [long(n - 1), long(n - 1)]
+        function new(x) = mix(big, big, x) function first(l) = l[0] let big = long(14)";
+    let wanted = "more than 2097152 numbers in lists at once; name long lists outside of rules, with `let`";
+    for text in [
+        // In parameters and values of calls.
+        "function f(n, l) = if n < 1 then 0 else f(n - 1, new(n)) box(f(60, 0), 1, 1)".to_owned(),
+        "rule r(n) { let l = new(n) if n > 0 r(n - 1) } r(60)".to_owned(),
+        format!(
+            "rule r(n) {{ {} }} r(1)",
+            (0..60).map(|i| format!("let l{i} = new(n) ")).collect::<String>()
+        ),
+        // Beside what is being computed.
+        "function f(n) = if n < 1 then 1 else count([new(n)]) + first([new(n), f(n - 1)][1]) box(f(60), 1, 1)"
+            .to_owned(),
+        "function f(n) = if n < 1 then 0 else new(n)[f(n - 1)] box(count(f(60)), 1, 1)".to_owned(),
+        "function f(n) = if n < 1 then big else mix(new(n), f(n - 1), 0.5) box(count(f(60)), 1, 1)".to_owned(),
+        "rule r(n) { for l in [new(n), 1] if n > 0 r(n - 1) } r(60)".to_owned(),
+        format!(
+            "{} box(1, 1, 1)",
+            (0..60)
+                .map(|i| format!("parameter p{i} = new(0.5) "))
+                .collect::<String>()
+        ),
+    ] {
+        // Defaults of parameters can use no `let`.
+        let list = if text.contains("parameter") {
+            LIST.replace("let big = long(14)", "function big() = long(14)")
+                .replace("big, big", "big(), big()")
+        } else {
+            LIST.to_owned()
+        };
+        let error = complaint_of(&format!("{list} {text}"), 200_000_000);
+        assert!(error.contains(wanted), "{text}: {error}");
+    }
+    for text in [
+        "for i in 100 { let a = new(i / 100) box(1, 1, 1) }".to_owned(),
+        "function f(n, l) = if n < 1 then count(l) else f(n - 1, l) for i in 9 { let l = new(i) box(f(20, l), 1, 1) }"
+            .to_owned(),
+        "rule r(i) { let a = new(i) box(count(a), 1, 1) } for i in 100 r(i / 100)".to_owned(),
+        "for i in 100 box(count([new(i), 1]), count(new(i)[0]), 1)".to_owned(),
+    ] {
+        grown(&format!("{LIST} {text}"));
+    }
+    // A list that becomes too long ends before the rest of it is computed.
+    let items = "new(0.5), ".repeat(3);
+    let error = complaint_of(&format!("{LIST} let a = [{items} 1 / 0]"), 200_000_000);
+    assert!(error.contains("more than 65536 numbers in a list"), "{error}");
 }
 
 #[test]

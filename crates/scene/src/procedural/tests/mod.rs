@@ -16,8 +16,13 @@ fn grown(text: &str) -> Grown {
 
 /// What is said of a text, without the line that is shown.
 fn complaint(text: &str) -> String {
+    complaint_of(text, 4_000_000)
+}
+
+/// The same where it may take so many steps.
+fn complaint_of(text: &str, steps: u64) -> String {
     let limits = Limits {
-        steps: 4_000_000,
+        steps,
         triangles: 1_000_000,
         ..Limits::default()
     };

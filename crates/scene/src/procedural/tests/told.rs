@@ -209,6 +209,39 @@ fn what_is_out_of_range_is_no_mistake_of_the_text() {
     program.refuse_given(&Settings::default()).unwrap();
 }
 
+/// A list where a number was meant, or the other way round, is wrong where the text uses it; which parameter it is, is said too.
+#[test]
+fn a_parameter_that_was_given_what_its_default_is_not_is_named_with_the_mistake() {
+    let text = "parameter footprint = [[0, 0], [4, 0], [0, 3]] parameter height = 2 + 1\nprism(footprint, height)";
+    let list = Value::from_json(&serde_json::json!([1, 2])).unwrap();
+    for (name, value, wanted) in [
+        (
+            "footprint",
+            Value::Number(4.0),
+            "`footprint` was given a number, and its default is a list",
+        ),
+        (
+            "height",
+            list.clone(),
+            "`height` was given a list, and its default is a number",
+        ),
+    ] {
+        let settings = Settings {
+            parameters: [(name.to_owned(), value)].into(),
+            ..Settings::default()
+        };
+        let refused = grow(&read(text).unwrap(), &settings).unwrap_err().to_string();
+        assert!(refused.starts_with("test.dcg, line 2, column "), "{refused}");
+        assert_eq!(refused.lines().last(), Some(format!("    {wanted}").as_str()));
+    }
+    let both = read("parameter posts = 3 for i in posts box(1, 1, 1)").unwrap();
+    let settings = Settings {
+        parameters: [("posts".to_owned(), list)].into(),
+        ..Settings::default()
+    };
+    assert_eq!(grow(&both, &settings).unwrap().usage.triangles, 24);
+}
+
 #[test]
 fn parameters_are_told_with_ranges_and_defaults() {
     let text = "parameter size = 2 from 1 to 3 // metres\nparameter lean = size *\n 2\nbox(size, 1, 1)";

@@ -3,8 +3,9 @@
 use belvedere_scene::procedural::Settings;
 use serde_json::json;
 
-use super::super::{Ground, plant};
+use super::super::{Ground, measure, plant};
 use super::{Beside, GATE, names, read, rules};
+use crate::cells::author;
 use crate::growable::Growable;
 use crate::import::testing::Gltf;
 use crate::import::{Limits, SourceFiles};
@@ -37,6 +38,20 @@ fn files_are_found_through_folders_that_are_left_again_and_whatever_the_case_of_
             "`import` reads rules; place a glTF file with `model`",
         ),
         ("model \"Leaf.DCG\"", "use `import` for rules"),
+        (
+            "model \"http://harbour.org/boat.glb\"",
+            "line 1, column 1: \"http://harbour.org/boat.glb\" cannot be placed: it is an address, and nothing is fetched",
+        ),
+        (
+            "model \"lib\\bench.glb\"",
+            "a path has no `\\` in it: write `/` behind each folder",
+        ),
+        ("import \"C:/gate.dcg\" as a", "a path has no `:` in it"),
+        ("import \"/gate.dcg\" as a", "at the root of a disk"),
+        (
+            "model \"a\0.glb\"",
+            "line 1, column 7: U+0000 is not seen, and has no place in a name or path; leave it out",
+        ),
     ] {
         let error = rules(text, &files).unwrap_err().to_string();
         assert!(error.contains(wanted), "{error}");
@@ -94,6 +109,7 @@ fn no_mistake_of_rules_at_a_node_ends_the_import() {
             b"part p() within [0, 0, 0] to [1, 1, 1] { box(1, 9, 1) }\np()".to_vec(),
         ),
         ("models.dcg", b"model \"bench.glb\"".to_vec()),
+        ("ok.gltf", br#"{"asset": {"version": "2.0"}}"#.to_vec()),
     ];
     let wrong = "rules that are wrong, or given what they do not take: not grown";
     let unread = "rules that cannot be read: not grown";
@@ -144,6 +160,17 @@ fn no_mistake_of_rules_at_a_node_ends_the_import() {
             json!({"procedural": 7}),
             "`procedural` that names no file beside the source: not grown",
             "`procedural` is 7; write the path of a file, as in \"tree.dcg\"",
+        ),
+        (
+            json!({"procedural": "ok.gltf"}),
+            "`procedural` that names no rules: not grown",
+            "ok.gltf: this is glTF or an archive, and `procedural` takes rules (.dcg); rules place it with `model \"ok.gltf\"`",
+        ),
+        (
+            json!({"procedural": "https://harbour.org/boat.dcg"}),
+            "`procedural` that names no file beside the source: not grown",
+            "`procedural` is \"https://harbour.org/boat.dcg\": it is an address, and nothing is fetched: put the file beside the \
+             source, and write its path",
         ),
         (
             json!({"procedural": "../harbour/boat.dcg"}),
@@ -229,6 +256,85 @@ fn bytes_of_placed_models_count_with_what_the_rules_made() {
     let text = "box(1, 1, 1) for i in 3 move(2 * i, 0, 0) model \"bench.glb\"";
     let growth = plant("world.dcg", text.into(), &Settings::default(), ground).unwrap();
     assert_eq!(growth.explicit_bytes, 24 * 12 + 12 * 6 + 3 * (3 * 12 + 6));
+}
+
+/// What a bake would refuse of cells is known when they have grown, with its place in the rules, at nodes of a glTF file too.
+#[test]
+fn cells_that_a_bake_would_refuse_are_told_by_file_and_line() {
+    let told =
+        |text: &str| author::refusal(&rules(text, &[]).unwrap().scene.authored).map(|refusal| refusal.to_string());
+    for (cell, wanted) in [
+        (
+            "prism([[0, 0], [4, 0], [4, 4], [2, 1]], 3)",
+            "is not convex: it reaches 1.",
+        ),
+        ("cylinder(1, 2, closed = 0)", "is not closed: "),
+        ("polygon([[0, 0, 0], [1, 0, 0], [0, 0, 1]])", "has no volume"),
+        ("sphere(2, sides = 40)", "has more than 128 faces"),
+    ] {
+        let text = format!("box(1, 1, 1)\nrule r() {{\n  called \"cell:hall\" {cell}\n}}\nr()");
+        let refused = told(&text).unwrap();
+        let place = "world.dcg, line 3, column 3: author's cell `cell:hall` ";
+        assert!(refused.starts_with(&format!("{place}{wanted}")), "{refused}");
+        assert_eq!(
+            refused.lines().nth(1),
+            Some(format!("    called \"cell:hall\" {cell}").as_str())
+        );
+    }
+    let rooms = "called \"cell:a\" box(2, 2, 2) part p() { box(3, 1, 3) }\ncalled \"cell:b\" p() box(1, 1, 1)";
+    let refused = told(rooms).unwrap();
+    assert!(
+        refused.contains("`cell:b` and `cell:a` overlap by 1.000 m"),
+        "{refused}"
+    );
+    assert_eq!(
+        told("box(1, 1, 1) called \"cell:a\" box(2, 2, 2) move(2, 0, 0) called \"cell:b\" box(2, 2, 2)"),
+        None
+    );
+
+    let files = [(
+        "sub/flat.dcg",
+        b"box(1, 1, 1)\n\ncalled \"cell:flat\" box(1, 0, 1)".to_vec(),
+    )];
+    let mut gltf = Gltf::triangle();
+    let wish = json!({"belvedere": {"procedural": "sub/flat.dcg"}});
+    gltf.push("nodes", json!({"name": "house", "extras": wish}));
+    gltf.json["scenes"][0]["nodes"] = json!([1]);
+    let scene = read("scene.glb", gltf.glb(), &files).unwrap().scene;
+    let refused = author::refusal(&scene.authored).unwrap().to_string();
+    assert!(
+        refused.starts_with("sub/flat.dcg, line 3, column 1: author's cell `house/cell:flat` has no volume"),
+        "{refused}"
+    );
+}
+
+/// Bounds are found without growing anything; glTF files and what parts say of themselves are in them.
+#[test]
+fn a_box_that_holds_a_model_is_found_without_growing_it() {
+    let (limits, files) = (
+        Limits::default(),
+        Beside([("bench.glb", Gltf::triangle().glb())].into()),
+    );
+    let measured = |text: &str| {
+        let ground = Ground {
+            files: &files,
+            limits: &limits,
+            progress: &Silent,
+        };
+        measure("world.dcg", text.into(), &Settings::default(), ground)
+    };
+    let text = "part p() within [-9, 0, 0] to [1, 2, 1] { for i in 1000 sphere(0.1, sides = 256) } p() move(40, 0, 0) model \"bench.glb\"";
+    let (bounds, usage) = measured(text).unwrap();
+    assert_eq!((bounds.min[0], bounds.max[0]), (-9.0, 41.0));
+    assert!(
+        usage.triangles == 0 && usage.steps < 20 && usage.parts == 2,
+        "{usage:?}"
+    );
+    let error = measured("box(1, 1, 1) model \"bank.glb\"")
+        .map(|_| ())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("\"bank.glb\" cannot be placed"), "{error}");
 }
 
 #[test]

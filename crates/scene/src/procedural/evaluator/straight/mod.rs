@@ -443,6 +443,7 @@ impl<'p> Evaluator<'p> {
             scope.depth.saturating_add(levels)
         };
         let fits = steps <= limits.steps && nesting <= limits.nesting && levels <= limits.levels;
+        let fits = fits && self.has_room_for_lists();
         fits.then_some((steps, nesting, levels))
     }
 
@@ -450,5 +451,6 @@ impl<'p> Evaluator<'p> {
         self.usage.steps = steps;
         self.usage.nesting = self.usage.nesting.max(nesting);
         self.usage.levels = self.usage.levels.max(levels);
+        self.tell();
     }
 }

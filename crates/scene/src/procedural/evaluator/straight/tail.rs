@@ -98,7 +98,7 @@ impl<'p> Evaluator<'p> {
         let index = call.target.index.unwrap_or_default();
         let rule = self.rule(call.target.module, index);
         let inner = self.scope_of((scope, call), depth)?;
-        self.stack.resize(inner.base + rule.slots as usize, Value::NONE);
+        self.open_frame(inner.base, rule.slots);
         for ((slot, _), number) in call.given().zip(arguments) {
             self.stack[inner.base + slot] = Value::Number(self.plans.ahead[number]);
         }
