@@ -45,7 +45,7 @@ use flatten::{Placing, sample_points};
 pub use limits::{MAX_PLACED_TRIANGLES, MAX_REACH_M, MAX_TRIANGLES, MIN_SIZE_M, WorldError};
 use limits::{check_extent, check_reach, check_size};
 pub(crate) use limits::{check_place, check_placed};
-pub(crate) use main_part::{FAR, MainPart};
+pub(crate) use main_part::MainPart;
 use mesh::Mesh;
 pub(crate) use tree::tree_over;
 pub use triangle::Triangle;

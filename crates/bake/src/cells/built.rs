@@ -6,7 +6,7 @@ use belvedere_scene::Bounds;
 use glam::Vec3;
 
 use super::meets_box;
-use crate::world::{FAR, MainPart, Triangle, World};
+use crate::world::{MainPart, Triangle, World};
 
 /// A face stands upright when its normal rises no more than this.
 const UPRIGHT: f32 = 0.05;
@@ -18,6 +18,12 @@ const ROOM: f32 = 0.05;
 const MOSTLY: f32 = 0.5;
 /// A scene is far higher than what is built in it when it is so many times as high as that is wide.
 const FAR_HIGHER: f32 = 8.0;
+/// A sky is so many times as wide as what a scene is of …
+const SKY_WIDER: f32 = 16.0;
+/// … and no lower than this share of its own width.
+const SKY_HEIGHT: f64 = 0.25;
+/// A piece of one is no narrower than this share of how far away it is.
+const SKY_PIECE: f32 = 0.25;
 /// What is built is no smaller than this share of the scene.
 const MIN_BUILT: f32 = 1.0 / 64.0;
 
@@ -25,17 +31,13 @@ const MIN_BUILT: f32 = 1.0 / 64.0;
 /// moves hardly ever changes it; all of the scene where that is no smaller. In height it is all of the scene too, unless a sky
 /// or something far up makes that far higher than what it is of is wide.
 pub(super) fn built(world: &World, [min, max]: [Vec3; 2]) -> [Vec3; 2] {
-    let part = MainPart::of(world.object_bounds()).filter(|part| f64::from(world.scale_m()) > FAR * part.width_m);
-    let sky = part.as_ref().map(|part| Sky::around(world, part));
+    let sky = MainPart::of(world.object_bounds()).map(|part| Sky::around(world, &part));
     let faces = || {
         let faces = world.triangles().filter(stands_upright);
         faces.filter(|face| sky.as_ref().is_none_or(|sky| !sky.holds(face)))
     };
     let [mut low, mut high] = [min, max];
-    let narrowed = |axis: usize, ends: [Option<f32>; 2]| {
-        let [Some(from), Some(to)] = ends else {
-            return [min[axis], max[axis]];
-        };
+    let narrowed = |axis: usize, [from, to]: [f32; 2]| {
         let size = (to - from).max(MIN_BUILT * (max - min).max_element());
         let step = size.log2().floor().exp2() / 8.0;
         let start = (((from - ROOM * size) / step).floor() * step).max(min[axis]);
@@ -48,29 +50,28 @@ pub(super) fn built(world: &World, [min, max]: [Vec3; 2]) -> [Vec3; 2] {
     };
     for axis in [0, 2] {
         let middle = |t: &Triangle| (t.corners[0][axis] + t.corners[1][axis] + t.corners[2][axis]) / 3.0;
-        let places: Vec<_> = faces().map(|t| (middle(&t), breadth_m2(&t))).collect();
-        [low[axis], high[axis]] = narrowed(axis, [-1.0, 1.0].map(|way| end_of(&places, way)));
+        let ends = nearly_all(faces().map(|t| (middle(&t), breadth_m2(&t))));
+        [low[axis], high[axis]] = ends.map_or([min[axis], max[axis]], |ends| narrowed(axis, ends));
     }
     if max.y - min.y > FAR_HIGHER * (high - low).x.max((high - low).z) {
-        let top = |t: &Triangle, way: f32| way * t.corners.iter().fold(f32::NEG_INFINITY, |top, p| top.max(way * p.y));
-        [low.y, high.y] = narrowed(
-            1,
-            [-1.0, 1.0].map(|way| {
-                let places: Vec<_> = faces().map(|t| (top(&t, way), breadth_m2(&t))).collect();
-                end_of(&places, way)
-            }),
-        );
+        let end = |of: fn([f32; 3]) -> f32| nearly_all(faces().map(|t| (of(t.corners.map(|p| p.y)), breadth_m2(&t))));
+        let lows = end(|[a, b, c]| a.min(b).min(c));
+        let highs = end(|[a, b, c]| a.max(b).max(c));
+        if let (Some([from, _]), Some([_, to])) = (lows, highs) {
+            [low.y, high.y] = narrowed(1, [from, to]);
+        }
     }
     [low, high]
 }
 
-/// What surrounds the main part of a scene: skies, and mountains at the horizon. Any piece of them is far wider than the main part, and
-/// no further from it than it is wide.
+/// What surrounds the main part of a scene: skies, and mountains at the horizon.
 struct Sky {
-    /// Objects that come nowhere near the main part, rising.
+    /// Objects that come nowhere near the main part and are high, rising: the shell of a hall is not.
     objects: Vec<u32>,
+    /// The middle of the main part.
     middle: Vec3,
-    far_wider_m: f32,
+    /// Any piece of a sky is wider than this.
+    wider_m: f32,
 }
 
 impl Sky {
@@ -82,7 +83,7 @@ impl Sky {
         let mut sky = Self {
             objects: Vec::new(),
             middle: 0.5 * (min + max),
-            far_wider_m: (FAR * part.width_m) as f32,
+            wider_m: SKY_WIDER * part.width_m as f32,
         };
         let comes_near = |object: u32| {
             let triangles = world.triangles_of(object);
@@ -90,8 +91,9 @@ impl Sky {
             triangles.iter().any(near)
         };
         let of_it = |object: u32, bounds: &Bounds| {
-            let away_m = bounds.distance_m(world.absolute(sky.middle));
-            sky.surrounds(bounds.diagonal_m() as f32, away_m as f32) && !comes_near(object)
+            let [x, y, z] = bounds.size_m();
+            let away_m = bounds.distance_m(world.absolute(sky.middle)) as f32;
+            y > SKY_HEIGHT * x.max(z) && sky.surrounds(bounds.diagonal_m() as f32, away_m) && !comes_near(object)
         };
         let found = boxes().filter(|(object, bounds)| !bounds.is_empty() && of_it(*object, bounds));
         sky.objects = found.map(|(object, _)| object).collect();
@@ -99,15 +101,13 @@ impl Sky {
     }
 
     fn surrounds(&self, width_m: f32, away_m: f32) -> bool {
-        width_m > self.far_wider_m && width_m >= away_m
+        width_m > self.wider_m && width_m > SKY_PIECE * away_m
     }
 
+    /// Whether a face is of it: by its object, or because it is such a piece alone, as the sides of a box that stands on the ground are.
     fn holds(&self, face: &Triangle) -> bool {
-        let away_m = face
-            .corners
-            .map(|p| p.distance(self.middle))
-            .into_iter()
-            .fold(f32::INFINITY, f32::min);
+        let [a, b, c] = face.corners;
+        let away_m = (b - a).cross(c - a).normalize_or_zero().dot(self.middle - a).abs();
         self.surrounds(breadth_m2(face).sqrt() as f32, away_m) || self.objects.binary_search(&face.object).is_ok()
     }
 }
@@ -125,22 +125,34 @@ fn breadth_m2(triangle: &Triangle) -> f64 {
     f64::from(2.0 * triangle.area_m2() / longest_m.max(f32::MIN_POSITIVE)).powi(2)
 }
 
-/// The furthest place one way, but for the outliers.
-fn end_of(places: &[(f32, f64)], way: f32) -> Option<f32> {
-    let mut places = places.to_vec();
-    places.sort_by(|a, b| (way * b.0).total_cmp(&(way * a.0)));
-    let mut most_m2 = OUTLIERS * places.iter().map(|(_, area)| area).sum::<f64>();
-    let place = places.into_iter().find(|(_, area)| {
-        most_m2 -= area;
-        most_m2 < 0.0
+/// Between which two places nearly all is that has a place and an area; `None` for nothing.
+fn nearly_all(places: impl Iterator<Item = (f32, f64)>) -> Option<[f32; 2]> {
+    let mut places: Vec<_> = places.collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let most_m2 = OUTLIERS * places.iter().map(|(_, area)| area).sum::<f64>();
+    Some([after(places.iter(), most_m2)?, after(places.iter().rev(), most_m2)?])
+}
+
+/// The first place after so much area.
+fn after<'a>(mut places: impl Iterator<Item = &'a (f32, f64)>, mut area_m2: f64) -> Option<f32> {
+    let place = places.find(|(_, area)| {
+        area_m2 -= area;
+        area_m2 < 0.0
     });
-    place.map(|(place, _)| place)
+    place.map(|(place, _)| *place)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::cells::plan::{Builder, floor_plan};
+
+    /// In the space of the scene.
+    fn built_of(builder: &Builder) -> [Vec3; 2] {
+        let world = World::new(&builder.scene).unwrap();
+        let ends = [world.bounds().min, world.bounds().max].map(|corner| world.relative(corner));
+        built(&world, ends).map(|corner| corner + world.origin().as_vec3())
+    }
 
     fn in_a_house(add: impl FnOnce(&mut Builder)) -> ([Vec3; 2], Bounds) {
         let (mut builder, _) = floor_plan(
@@ -156,10 +168,7 @@ mod tests {
         }
         let house = World::new(&builder.scene).unwrap().bounds();
         add(&mut builder);
-        let world = World::new(&builder.scene).unwrap();
-        let bounds = world.bounds();
-        let built = built(&world, [bounds.min, bounds.max].map(|corner| world.relative(corner)));
-        (built.map(|corner| corner + world.origin().as_vec3()), house)
+        (built_of(&builder), house)
     }
 
     fn assert_around(([low, high], house): ([Vec3; 2], Bounds), room_m: [f32; 3]) {
@@ -204,6 +213,36 @@ mod tests {
             }
         };
         assert_around(in_a_house(quarters), [15.0; 3]);
+        // Or with the ground for its bottom.
+        let on_the_ground = |builder: &mut Builder| {
+            builder.block("sky", [-900.0, 0.0, -900.0], [900.0, 900.0, 900.0]);
+        };
+        assert_around(in_a_house(on_the_ground), [15.0; 3]);
+    }
+
+    #[test]
+    fn a_house_that_is_one_object_stands_under_a_sky_too() {
+        let mut builder = Builder::default();
+        builder.block("house", [0.0, 0.0, 0.0], [10.0, 6.0, 10.0]);
+        builder.ball("sky", [5.0, 0.0, 5.0], 900.0, 64);
+        let [low, high] = built_of(&builder);
+        assert!((high - low).max_element() < 100.0, "{} built", high - low);
+    }
+
+    /// Chairs in its middle are most of its objects, and its walls one.
+    #[test]
+    fn the_walls_of_a_large_hall_are_built() {
+        let mut builder = Builder::default();
+        for at in 0..80 {
+            let [x, z] = [65.0 + (at % 10) as f32, 65.0 + (at / 10) as f32];
+            builder.block("chair", [x, 0.0, z], [x + 0.4, 0.8, z + 0.4]);
+        }
+        let corners = [[0.0, 0.0], [150.0, 0.0], [150.0, 150.0], [0.0, 150.0]];
+        let positions = [0.0, 12.0].map(|y| corners.map(|[x, z]| [x, y, z])).concat();
+        let wall = |at: u32| [at, (at + 1) % 4, at + 4, at + 4, (at + 1) % 4, (at + 1) % 4 + 4];
+        builder.mesh("walls", positions, (0..4).flat_map(wall).collect());
+        let [low, high] = built_of(&builder);
+        assert!((high - low).x > 149.0 && (high - low).z > 149.0, "{} built", high - low);
     }
 
     #[test]

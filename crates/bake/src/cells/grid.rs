@@ -15,8 +15,8 @@ const OUTSIDE_GROWTH: f32 = 1.5;
 const FINEST: f32 = 16.0 * f32::EPSILON;
 /// Nor is any wider, around what is built, than this share of it, or than a cell of the country …
 const COARSEST: f32 = 1.0 / 256.0;
-/// … but under a sky, where that were too many of them: than this one.
-const COARSEST_IN_THE_SKY: f32 = 1.0 / 64.0;
+/// … but where they are coarse in height, too, as under a sky: than this one.
+const COARSEST_IN_HEIGHT: f32 = 1.0 / 64.0;
 /// A scene that is less than so many metres long is taken for a model of one that is as long, as a doll's house is one of a house,
 /// and cut along the same walls …
 const HOUSE_M: f32 = 10.0;
@@ -70,8 +70,12 @@ impl Grid {
             let near = |reach: &f32| *reach <= VIEWPOINT_REACH * scene_m;
             viewpoints.iter().map(reach).filter(near).fold(0.0, f32::max)
         };
-        let is_under_a_sky = (built[1] - built[0]).y < (max - min).y;
-        let coarsest = if is_under_a_sky { COARSEST_IN_THE_SKY } else { COARSEST };
+        let is_coarse_in_height = (built[1] - built[0]).y < (max - min).y;
+        let coarsest = if is_coarse_in_height {
+            COARSEST_IN_HEIGHT
+        } else {
+            COARSEST
+        };
         let widest_m = (settings.max_cell_m * metre).max(coarsest * scene_m);
         // No finer than single precision tells lines apart.
         let mut voxel_m = (settings.voxel_m * metre).max(FINEST * scene_m);

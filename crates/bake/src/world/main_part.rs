@@ -3,13 +3,15 @@
 use belvedere_scene::Bounds;
 
 /// A scene is far wider than what it is of when it is so many times as wide.
-pub(crate) const FAR: f64 = 4.0;
+pub(super) const FAR: f64 = 4.0;
 /// The share of objects that count as outliers at each end of each axis.
 const OUTLIERS: f64 = 0.05;
+/// The share of objects that are no wider than is usual: of two the smaller, as of a house and a sky.
+const USUAL: f64 = 0.499;
 
 /// Most objects of a scene, without those that are far wider than the others or stand far from them.
 pub(crate) struct MainPart {
-    /// How wide it is, in metres, and no more than about.
+    /// About how wide it is, in metres.
     pub(crate) width_m: f64,
     /// In this box it lies, the outliers among its objects too.
     around: Bounds,
@@ -31,7 +33,8 @@ impl MainPart {
             [quantile(middles.clone(), OUTLIERS), quantile(middles, 1.0 - OUTLIERS)]
         });
         let apart_m = ends.map(|[low, high]| high - low).into_iter().fold(0.0, f64::hypot) / (1.0 - 2.0 * OUTLIERS);
-        let width_m = apart_m + quantile(drawn.iter().map(|bounds| bounds.diagonal_m()).collect(), 0.5);
+        let usual_m = quantile(drawn.iter().map(|bounds| bounds.diagonal_m()).collect(), USUAL);
+        let width_m = apart_m + usual_m;
         Some(Self {
             width_m,
             around: Bounds {
