@@ -80,7 +80,7 @@ pub(super) struct Report {
     nothing: Option<&'static str>,
     /// Why a bake would refuse it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    refused: Option<String>,
+    pub(super) refused: Option<String>,
     seconds: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     bytes: Option<usize>,

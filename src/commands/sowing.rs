@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, ffi::OsStr};
 
 use belvedere_bake::import::{ImportError, procedural::Sowing};
 use belvedere_scene::procedural::{
-    Settings, Value,
+    Settings, Value, is_order,
     limits::{FINEST, MAX_LIST_DEPTH, reached},
 };
 use clap::{
@@ -70,7 +70,8 @@ impl TryFrom<SowingArgs> for Sowing {
         for (name, value) in args.set {
             anyhow::ensure!(
                 !parameters.contains_key(&name),
-                "`--set {name}=…` is given twice; remove one of the two"
+                "`--set {}=…` is given twice; remove one of the two",
+                beginning(&name)
             );
             parameters.insert(name, value);
         }
@@ -162,7 +163,7 @@ fn beginning(value: &str) -> String {
     let shown: String = letters
         .by_ref()
         .take(MOST_SHOWN)
-        .map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c })
+        .map(|c| if is_order(c) { char::REPLACEMENT_CHARACTER } else { c })
         .collect();
     match letters.next() {
         Some(_) => shown + "…",
@@ -251,8 +252,10 @@ mod tests {
         assert!(long.contains("from letter 1502 on: `x]`") && long.len() < 250, "{long}");
         let long = parameter(&"x".repeat(70_000)).unwrap_err();
         assert!(long.contains("write NAME=VALUE") && long.len() < 250, "{long}");
-        let order = parameter("a=\u{1b}[2J").unwrap_err();
-        assert!(!order.contains('\u{1b}'), "{order:?}");
+        for order in ['\u{1b}', '\n', '\u{202e}', '\u{200f}'] {
+            let told = parameter(&format!("{order}a={order}[2J")).unwrap_err();
+            assert!(!told.contains(order), "{told:?}");
+        }
         for wrong in ["=3", " = 3", "height"] {
             assert!(parameter(wrong).unwrap_err().contains("NAME=VALUE"), "{wrong}");
         }

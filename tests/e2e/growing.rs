@@ -184,8 +184,18 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
             && error.contains("`fp` was given a number, and its default is a list"),
         "{error}"
     );
-    let large = data.ok(&["inspect", &file, "--set", "size=9", "--detail", "0", "--seed", "2"]);
-    assert_ne!(large, data.ok(&["inspect", &file, "--detail", "0", "--seed", "2"]));
+    let dice = data.write("dice.dcg", "parameter size = 4\nbox(size, 1 + detail, random(1, 2))");
+    let dice = dice.to_str().expect("UTF-8");
+    let size_m = |given: &[&str]| -> [f64; 3] {
+        let report: Value =
+            serde_json::from_str(&data.ok(&[&["inspect", dice, "--json"], given].concat())).expect("JSON");
+        serde_json::from_value(report["growth"]["size_m"].clone()).expect("three numbers")
+    };
+    let usual = size_m(&[]);
+    assert_eq!(usual[..2], [4.0, 5.0]);
+    assert_eq!(size_m(&["--set", "size=9", "--detail", "0"])[..2], [9.0, 1.0]);
+    assert_eq!(size_m(&["--seed", "0"]), usual);
+    assert_ne!(size_m(&["--seed", "2"])[2], usual[2]);
     let error = data.fails(&["inspect", &file, "--set", "sise=9"]);
     assert!(
         error.contains("`--set`") && error.contains("did you mean `size`?"),
@@ -232,6 +242,19 @@ fn cells_that_a_bake_refuses_are_told_by_grow_and_inspect_too() {
     );
     let error = data.fails(&["bake", file, "--scene", "hall"]);
     assert!(error.contains(wanted), "{error}");
+    // The same of glTF in which such rules grow.
+    let node = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": "hall", "extras": {"belvedere": {"procedural": "hall.dcg"}}}]}"#;
+    let node = data.write("node.gltf", node);
+    for file in [file, node.to_str().expect("UTF-8")] {
+        let report: Value = serde_json::from_str(&data.ok(&["inspect", file, "--json"])).expect("JSON");
+        assert!(
+            report["refused"]
+                .as_str()
+                .is_some_and(|told| told.contains("is not convex")),
+            "{report}"
+        );
+    }
 }
 
 #[test]

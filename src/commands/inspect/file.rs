@@ -34,6 +34,9 @@ struct FileReport {
     viewpoints: usize,
     /// Which of its models clients can grow from rules, before the bake cuts what is too large for one object.
     growable: Growable,
+    /// Why a bake would refuse it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refused: Option<String>,
     defects: Vec<Defect>,
     /// What growing it took, when it is a file of rules.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -64,6 +67,10 @@ pub(super) fn inspect(file: &Path, given: GrowthArgs, json: bool) -> anyhow::Res
         (imported.with_context(|| format!("cannot import {name}"))?, None)
     };
     let scene = &imported.scene;
+    let refused = match &growth {
+        Some(growth) => growth.refused.clone(),
+        None => grow::refusal(scene),
+    };
     let report = FileReport {
         objects: scene.objects.len(),
         models: scene.models.len(),
@@ -73,6 +80,7 @@ pub(super) fn inspect(file: &Path, given: GrowthArgs, json: bool) -> anyhow::Res
         image_bytes: scene.images.iter().map(|i| i.bytes.len()).sum(),
         viewpoints: scene.viewpoints.len(),
         growable: Growable::of(scene),
+        refused,
         defects: imported.defects.iter().collect(),
         growth,
     };
@@ -91,7 +99,7 @@ pub(super) fn inspect(file: &Path, given: GrowthArgs, json: bool) -> anyhow::Res
     ))?;
     if let Some(growth) = &report.growth {
         print(&growth.sentences(&name))?;
-    } else if let Some(refused) = grow::refusal(scene) {
+    } else if let Some(refused) = &report.refused {
         print(&format!("  {refused}"))?;
     }
     if let Some(told) = report.growable.sentence() {

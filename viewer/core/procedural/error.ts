@@ -86,12 +86,20 @@ function placeOf(whole: string, place: number): { line: number; column: number; 
 
 /** What a terminal would take for an order, to write from right to left too, becomes a replacement character. */
 function printable(text: string): string {
-  return text.replace(/[^\P{Cc}\n\t]|[\u2028-\u202e\u2066-\u2069]/gu, "\ufffd");
+  return text.replace(/[^\P{Cc}\n\t]|[\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/gu, "\ufffd");
 }
 
-/** The first character that is none but an order to who shows the text: to break the line, or to write from right to left. */
+/**
+ * The first character that is none but an order to who shows the text: a control character, a break of the line, or one of the
+ * marks that turn the way of writing.
+ */
 export function orderIn(text: string): string | undefined {
-  return /\p{Cc}|[\u2028-\u202e\u2066-\u2069]/u.exec(text)?.[0];
+  return /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/u.exec(text)?.[0];
+}
+
+/** Whether a problem is that a value is not what it must be: perhaps a number in place of a list, or a list in place of a number. */
+export function isOfValue(problem: string): boolean {
+  return problem.includes(" must be ") && !problem.includes("; it must be from ");
 }
 
 /** Of a parameter whose default is a list, or is none. */
@@ -100,12 +108,12 @@ export function givenInstead(name: string, isList: boolean): string {
   return `\`${name}\` was given a ${given}, and its default is a ${initial}`;
 }
 
-/** Of a name without a letter, behind a word. */
+/** Of a name in which nothing is seen, behind a word. */
 export function emptyName(word: string): string {
   return `this name is empty; say what it is, as people call it, as in \`${word} "The old well"\``;
 }
 
-/** Of a character that nobody sees in a name or path. */
+/** Of an order to who shows the text, in a name or path. */
 export function unseen(character: string): string {
   return `${numberOf(character)} is not seen, and has no place in a name or path; leave it out`;
 }
@@ -376,7 +384,12 @@ const IN_PLACE_OF: readonly (readonly [characters: string, wayOut: string])[] = 
 ];
 
 /** Blanks that are none of the language, and what has no picture at all. */
-const UNSEEN = /^[\p{Cc}\u00a0\u00ad\u1680\u180e\u2000-\u200f\u2028-\u202f\u205f-\u2069\u3000\ufeff]$/u;
+const UNSEEN = /[\p{Cc}\u00a0\u00ad\u061c\u1680\u180e\u2000-\u200f\u2028-\u202f\u205f-\u2069\u3000\ufeff]/u;
+
+/** Whether there is nothing to see in a text. */
+export function isUnseen(text: string): boolean {
+  return [...text].every((character) => character === " " || UNSEEN.test(character));
+}
 
 export function noWord(character: string): string {
   if (UNSEEN.test(character)) {

@@ -159,6 +159,27 @@ it("names a parameter that was given what its default is not with the mistake", 
   expect(grownOf("height", 4).parts[0]?.bounds.max[1]).toBe(4);
 });
 
+it("blames no parameter for a mistake that is about something else", () => {
+  const text = "parameter posts = 3 for i in posts box(1, 1, 1)\n";
+  const parameters = new Map([["posts", valueFromJson([1, 2]) as Value]]);
+  for (const [wrong, said] of [
+    ["box(1, 1 / 0, 1)", "division by zero"],
+    ["rule r() { r() } r()", "more than 64 levels"],
+    ["box(-1, 1, 1)", "it must be from 0"],
+    ["let a = [1] box(a[1], 1, 1)", "there is no item 1"],
+  ] as const) {
+    let found: unknown;
+    try {
+      const program = readProgram("test.dcg", text + wrong, () => "");
+      grow(program, { parameters });
+    } catch (error) {
+      found = error;
+    }
+    expect((found as DcgError).message).toContain(said);
+    expect((found as DcgError).message).not.toContain("posts");
+  }
+});
+
 it("says of a path that leads to no file of the folder why", () => {
   for (const [path, why] of [
     ["../a.dcg", "outside of the source's folder"],
@@ -352,6 +373,23 @@ it("refuses lists that are too deep, however they were put together", () => {
   const nested = (depth: number) => JSON.parse(`${"[".repeat(depth)}1${"]".repeat(depth)}`);
   expect(valueFromJson(nested(64))).toMatchObject({ depth: 64 });
   expect(valueFromJson(nested(65))).toBeUndefined();
+});
+
+/** The same in Rust: `crates/scene/src/procedural/tests/bounded.rs`. */
+it("counts lists that were needed before no more, and one that calls hand down once", () => {
+  const list = "function long(n) = if n < 1 then [0] else [long(n - 1), long(n - 1)]";
+  const shared = `${list} function new(x) = mix(big, big, x) let big = long(14)`;
+  for (const text of [
+    "for i in 66 { let a = new(i / 66) box(1, 1, 1) }",
+    "function f(n, l) = if n < 1 then count(l) else f(n - 1, l) for i in 9 { let l = new(i) box(f(20, l), 1, 1) }",
+    "for i in 33 box(count([new(i), 1]), count(new(i)[0]), 1)",
+  ]) {
+    expect(grow(readProgram("test.dcg", `${shared} ${text}`, () => "")).usage.triangles).toBeGreaterThan(0);
+  }
+  const parameters = Array.from({ length: 60 }, (_, i) => `parameter p${i} = mix(big, big, 0.5)`).join(" ");
+  const given = `${list} parameter big = long(14) ${parameters} box(1, 1, 1)`;
+  const wanted = "more than 2097152 numbers in lists at once; name long lists outside of rules, with `let`";
+  expect(() => grow(readProgram("test.dcg", given, () => ""))).toThrow(wanted);
 });
 
 /** As docs/PROCEDURAL.md says, "What keeps its dice". */

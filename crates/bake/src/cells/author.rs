@@ -14,7 +14,7 @@ use belvedere_scene::{Bounds, convex::HalfSpace};
 use glam::DVec3;
 
 use super::{
-    flaw::{AuthorError, Flaw},
+    flaw::{AuthorError, CellFlaw},
     hull::{CellHull, Unbounded, area_m2, clipped, convex_outline, normal},
     overlap::overlap_m,
     view_cell::{CellGraph, Portal, ViewCell},
@@ -64,15 +64,24 @@ struct FacePlane {
 /// Why a bake would refuse the author's cells before it has looked at anything else.
 #[must_use]
 pub fn refusal(authored: &Authored) -> Option<AuthorError> {
-    /// Of more cells it takes long to find out whether one lies in another: that is left to the bake.
-    const MOST_IN_PAIRS: usize = 2_048;
-    if authored.cells.len() <= MOST_IN_PAIRS {
-        return SoundCells::of(authored).err();
+    /// Of more it takes long to find the planes that they share, and with these whether cells are closed and apart: that is left
+    /// to the bake.
+    const MOST_FACES: usize = 16_384;
+    let checked = match checked(authored) {
+        Ok(checked) => checked,
+        Err(error) => return Some(error),
+    };
+    let faces: usize = checked.iter().map(|cell| cell.faces.len()).sum();
+    if faces > MOST_FACES {
+        return None;
     }
-    authored.cells.iter().find_map(|shape| {
-        let flaw = Checked::of(shape).and_then(|cell| cell.hull()).err()?;
-        Some(flaw.said(&shape.said))
-    })
+    SoundCells::among(checked).err()
+}
+
+/// The author's cells by their planes.
+fn checked(authored: &Authored) -> Result<Vec<Checked>, AuthorError> {
+    let check = |shape: &AuthoredShape| Checked::of(shape).map_err(|flaw| flaw.said(&shape.said));
+    authored.cells.iter().map(check).collect()
 }
 
 /// Makes the author's cells the view cells.
@@ -89,8 +98,11 @@ impl SoundCells {
     /// # Errors
     /// When a cell is not closed, not convex, without volume, or overlaps another.
     pub(crate) fn of(authored: &Authored) -> Result<Self, AuthorError> {
-        let check = |shape: &AuthoredShape| Checked::of(shape).map_err(|flaw| flaw.said(&shape.said));
-        let mut checked = authored.cells.iter().map(check).collect::<Result<Vec<_>, _>>()?;
+        Self::among(checked(authored)?)
+    }
+
+    /// The same of cells whose planes are known.
+    fn among(mut checked: Vec<Checked>) -> Result<Self, AuthorError> {
         let middle_of = |cell: &Checked| DVec3::from(cell.bounds.center());
         let around = Bounds::around(checked.iter().map(|cell| middle_of(cell).to_array()));
         checked.sort_by_cached_key(|cell| crate::pipeline::z_order(middle_of(cell), &around));
@@ -101,7 +113,7 @@ impl SoundCells {
             for (j, b) in checked.iter().enumerate().skip(i + 1) {
                 let by_m = overlap_m(&hulls[i], &hulls[j]);
                 if by_m > a.tolerance_m.max(b.tolerance_m) {
-                    let flaw = Flaw::Overlap {
+                    let flaw = CellFlaw::Overlap {
                         node: a.node.clone(),
                         other: b.node.clone(),
                         by_m,
@@ -180,7 +192,7 @@ fn check_openings(graph: &CellGraph, checked: &[Checked]) -> Result<(), AuthorEr
                 openings_into[portal.to as usize] += 1;
             }
             let most = openings_into.iter().zip(checked).max_by_key(|(openings, _)| **openings);
-            let flaw = Flaw::TooManyOpenings {
+            let flaw = CellFlaw::TooManyOpenings {
                 node: node.node.clone(),
                 other: most.map_or_else(String::new, |(_, other)| other.node.clone()),
                 openings: cell.portals.len(),
@@ -266,7 +278,7 @@ fn cell_of(hull: &CellHull) -> ViewCell {
 
 impl Checked {
     /// The planes of a mesh; every corner of it lies behind each.
-    fn of(shape: &AuthoredShape) -> Result<Self, Flaw> {
+    fn of(shape: &AuthoredShape) -> Result<Self, CellFlaw> {
         let node = &shape.node[..];
         let bounds = Bounds::around(shape.triangles.iter().flatten().map(DVec3::to_array));
         let tolerance_m = TOLERANCE_M.min(TOLERANCE_M * bounds.diagonal_m());
@@ -289,16 +301,16 @@ impl Checked {
                     [low.min(at), high.max(at)]
                 });
                 if low >= -tolerance_m && high <= tolerance_m {
-                    return Err(Flaw::NoVolume { node: node.into() });
+                    return Err(CellFlaw::NoVolume { node: node.into() });
                 }
                 if high.min(-low) > tolerance_m {
-                    return Err(Flaw::NotConvex {
+                    return Err(CellFlaw::NotConvex {
                         node: node.into(),
                         by_m: high.min(-low),
                     });
                 }
                 if faces.len() == MAX_FACES {
-                    return Err(Flaw::TooManyFaces { node: node.into() });
+                    return Err(CellFlaw::TooManyFaces { node: node.into() });
                 }
                 let half = if high > -low { half.map(|x| -x) } else { half };
                 faces.push(FacePlane {
@@ -308,7 +320,7 @@ impl Checked {
             }
         }
         if faces.is_empty() {
-            return Err(Flaw::NoVolume { node: node.into() });
+            return Err(CellFlaw::NoVolume { node: node.into() });
         }
         Ok(Self {
             node: node.into(),
@@ -320,7 +332,7 @@ impl Checked {
     }
 
     /// The polyhedron that its planes leave, if its triangles cover it.
-    fn hull(&self) -> Result<CellHull, Flaw> {
+    fn hull(&self) -> Result<CellHull, CellFlaw> {
         let margin_m = 0.1 * self.bounds.diagonal_m();
         let within = Bounds {
             min: self.bounds.min.map(|x| x - margin_m),
@@ -329,10 +341,10 @@ impl Checked {
         let planes: Vec<_> = self.faces.iter().map(|face| face.half).collect();
         let drawn_m2 = |face: &FacePlane| face.triangles.iter().map(|t| area_m2(t)).sum::<f64>();
         let hull = CellHull::of(&planes, &within).map_err(|why| match why {
-            Unbounded::Nothing => Flaw::NoVolume {
+            Unbounded::Nothing => CellFlaw::NoVolume {
                 node: self.node.clone(),
             },
-            Unbounded::Open => Flaw::NotClosed {
+            Unbounded::Open => CellFlaw::NotClosed {
                 node: self.node.clone(),
                 missing_m2: (box_area_m2(&self.bounds) - self.faces.iter().map(drawn_m2).sum::<f64>()).max(0.0),
             },
@@ -351,7 +363,7 @@ impl Checked {
             }
         }
         if missing_m2 > self.tolerance_m * self.bounds.diagonal_m() {
-            return Err(Flaw::NotClosed {
+            return Err(CellFlaw::NotClosed {
                 node: self.node.clone(),
                 missing_m2,
             });

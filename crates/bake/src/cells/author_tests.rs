@@ -243,6 +243,26 @@ fn cells_that_overlap_are_refused_by_both_names() {
     assert!(inside.contains("cell:in"), "{inside}");
 }
 
+/// Of very many faces only what is wrong with each cell by itself is told: the same that a bake says first.
+#[test]
+fn what_a_bake_refuses_is_known_before() {
+    let refusal = |count: usize, last: AuthoredShape| {
+        let mut cells = vec![rectangle("cell:a", [0., 9.], [0., 9.]); count];
+        cells.push(last);
+        let authored = Authored {
+            cells,
+            ..Authored::default()
+        };
+        author::refusal(&authored).map(|refusal| refusal.to_string())
+    };
+    let within = || hexagon("cell:in", [4.0, 4.0], 1.0);
+    assert!(refusal(1, within()).unwrap().contains("overlap"));
+    assert_eq!(refusal(2_730, within()), None);
+    let mut flat = within();
+    flat.triangles.truncate(1);
+    assert!(refusal(2_730, flat).unwrap().contains("no volume"));
+}
+
 #[test]
 fn a_cell_that_touches_no_other_is_allowed_and_counted() {
     let far = rectangle("cell:island", [20.0, 24.0], [0.0, 4.0]);

@@ -9,7 +9,7 @@ use crate::source::Said;
 #[derive(Debug, Clone, PartialEq)]
 pub struct AuthorError {
     /// What is wrong with it.
-    pub flaw: Flaw,
+    pub flaw: CellFlaw,
     /// Where it was called a cell.
     pub said: Option<Arc<Said>>,
 }
@@ -27,7 +27,7 @@ impl std::error::Error for AuthorError {}
 
 /// What is wrong with an author's cell.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Flaw {
+pub enum CellFlaw {
     /// Nothing to stand in.
     #[error(
         "author's cell `{node}` has no volume (shapes with a position that is not finite are left out): give it a closed \
@@ -93,7 +93,7 @@ pub enum Flaw {
     },
 }
 
-impl Flaw {
+impl CellFlaw {
     pub(super) fn said(self, said: &Option<Arc<Said>>) -> AuthorError {
         let said = said.clone();
         AuthorError { flaw: self, said }

@@ -53,7 +53,7 @@ use crate::{
     progress::{Cancelled, Progress, Stage},
     world::World,
 };
-pub use flaw::{AuthorError, Flaw};
+pub use flaw::{AuthorError, CellFlaw};
 use grid::Grid;
 pub use hull::CellHull;
 pub(crate) use hull::clipped;

@@ -73,9 +73,12 @@ fn printable(text: &str) -> String {
     text.replace(|c| is_order(c) && !matches!(c, '\n' | '\t'), "\u{fffd}")
 }
 
-/// Whether a character is none but an order to who shows the text: to break the line, or to write from right to left.
-pub(super) fn is_order(c: char) -> bool {
-    c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+/// Whether a character is none but an order to who shows the text: a control character, a break of the line, or one of the marks
+/// that turn the way of writing.
+#[must_use]
+pub fn is_order(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 impl std::error::Error for DcgError {}
@@ -119,7 +122,7 @@ impl DcgError {
         })
     }
 
-    /// What is wrong, for somebody else, with what a text says at a byte.
+    /// Why a bake refuses what grew from a byte of a text.
     #[must_use]
     pub fn of_grown(file: &str, source: &str, at: u32, what: String) -> Box<Self> {
         Self::at(file, source, at, Problem::OfGrown(what))

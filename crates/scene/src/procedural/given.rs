@@ -46,7 +46,8 @@ impl Program {
         super::evaluator::refuse_given(self, settings)
     }
 
-    /// A mistake of the text, with the parameter that was given a number in place of a list, or a list in place of a number.
+    /// A mistake of the text about what a value must be, with the parameter that was given a number in place of a list, or a list
+    /// in place of a number.
     pub(super) fn with_given(&self, mut error: Box<DcgError>, settings: &Settings) -> Box<DcgError> {
         let odd = |(name, value): (&String, &Value)| {
             let parameter = self.modules[0]
@@ -56,7 +57,7 @@ impl Program {
             let is_list = parameter.formal.default.as_ref()?.of.is_list()?;
             (is_list != matches!(value, Value::List(..))).then(|| given_instead(name, is_list))
         };
-        if error.line > 0 {
+        if error.line > 0 && error.problem.is_of_value() {
             error.given = settings.parameters.iter().find_map(odd);
         }
         error

@@ -23,7 +23,7 @@ pub struct Part {
     /// The name of its rule or file, or the name that it was called.
     pub name: String,
     /// Where `called` gave the name, if that did: then it is also the name of what is placed in it.
-    pub called: Option<Said>,
+    pub called: Option<SaidInFile>,
     /// What pictures it asks for, to be drawn with from far away.
     pub impostor: Option<Wish>,
     /// How it can be made alone, when it can.
@@ -44,7 +44,7 @@ pub struct Part {
 
 /// Where something is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Said {
+pub struct SaidInFile {
     /// Which of the program's [files](super::Program::files).
     pub file: usize,
     /// Byte in its text.
@@ -105,13 +105,13 @@ pub struct Instance<'g> {
     /// What it was called, or its part's name.
     pub name: &'g str,
     /// Where it was called so.
-    pub said: Option<Said>,
+    pub said: Option<SaidInFile>,
     /// Places it in the world.
     pub world_from_part: Affine,
 }
 
 impl Part {
-    pub(super) fn new(name: &str, called: Option<Said>) -> Self {
+    pub(super) fn new(name: &str, called: Option<SaidInFile>) -> Self {
         Self {
             name: name.to_owned(),
             called,

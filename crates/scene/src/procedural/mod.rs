@@ -37,9 +37,9 @@ mod tests;
 mod value;
 mod wording;
 
-pub use error::{Caller, DcgError};
+pub use error::{Caller, DcgError, is_order};
 pub use evaluator::{Boxes, PHASE, Settings, Watch, bounds, bounds_watched, grow, grow_watched, grow_with};
-pub use grown::{Grown, Instance, Part, Placement, Said, Surface};
+pub use grown::{Grown, Instance, Part, Placement, SaidInFile, Surface};
 pub use limits::{Limits, Usage};
 pub use link::{Loader, NoImports, Program};
 pub use parser::tidied;

@@ -254,10 +254,10 @@ pub enum Problem {
     /// A file that imports itself.
     #[error("\"{file}\" imports itself, directly or through others; move what both need to a third file", file = cut(.0))]
     ImportCycle(String),
-    /// A name without a letter.
+    /// A name in which nothing is seen.
     #[error("this name is empty; say what it is, as people call it, as in `{0} \"The old well\"`")]
     EmptyName(&'static str),
-    /// A character that nobody sees in a name, which is read aloud, or in a path.
+    /// An order to who shows the text, in a name, which is read aloud, or in a path.
     #[error("{shown} is not seen, and has no place in a name or path; leave it out", shown = character(*.0))]
     Unseen(char),
     /// A file without a name.
@@ -279,7 +279,7 @@ pub enum Problem {
         /// Why not.
         reason: String,
     },
-    /// What somebody else finds wrong with what grew.
+    /// Why a bake refuses what grew from there, in its words.
     #[error("{0}")]
     OfGrown(String),
     /// A division by zero.
@@ -384,4 +384,14 @@ pub enum Problem {
         /// How far it reaches out there.
         by_m: f64,
     },
+}
+
+impl Problem {
+    /// Whether a value is not what it must be: perhaps a number in place of a list, or a list in place of a number.
+    pub(super) fn is_of_value(&self) -> bool {
+        matches!(
+            self,
+            Self::NotANumber(_) | Self::ListInRange(_) | Self::NotAList(_) | Self::Shape { .. }
+        )
+    }
 }

@@ -55,9 +55,9 @@ pub(super) fn character(character: char) -> String {
 }
 
 /// Blanks that are none of the language, and what has no picture at all.
-fn is_unseen(character: char) -> bool {
+pub(super) fn is_unseen(character: char) -> bool {
     character.is_control()
-        || matches!(character, '\u{a0}' | '\u{ad}' | '\u{1680}' | '\u{180e}' | '\u{2000}'..='\u{200f}' | '\u{2028}'..='\u{202f}'
+        || matches!(character, '\u{a0}' | '\u{ad}' | '\u{61c}' | '\u{1680}' | '\u{180e}' | '\u{2000}'..='\u{200f}' | '\u{2028}'..='\u{202f}'
             | '\u{205f}'..='\u{2069}' | '\u{3000}' | '\u{feff}')
 }
 

@@ -182,7 +182,7 @@ export abstract class Expressions extends Plain {
   private item(scope: Scope, { at, of, index }: Kind<"item">): Value {
     const list = this.list(scope, at, of, "what has items");
     const { items } = list;
-    // Part of what is held anyway, or nobody else's.
+    // A named list is counted where it is named; another only while the index is computed.
     const size = isOfName(of) ? 0 : sizeOf(list);
     this.hold(scope.module, at, size);
     const number = this.number(scope, at, index, "the number of an item");

@@ -6,7 +6,7 @@
  */
 
 import { withinStack } from "../depth.ts";
-import { DcgError, givenInstead } from "../error.ts";
+import { DcgError, givenInstead, isOfValue } from "../error.ts";
 import type { Grown } from "../grown.ts";
 import { type Amounts, FINEST, LIMITS } from "../limits.ts";
 import type { Program } from "../link.ts";
@@ -54,9 +54,12 @@ class Evaluator extends Places {
     return { parts: this.parts, materials: this.materials, usage: this.usage };
   }
 
-  /** Names the parameter that was given a number in place of a list, or a list in place of a number, with a mistake of the text. */
+  /**
+   * Names the parameter that was given a number in place of a list, or a list in place of a number, with a mistake of the text
+   * about what a value must be.
+   */
   private noteGiven(error: DcgError, parameters: ReadonlyMap<string, Value>): void {
-    if (error.line === 0) return;
+    if (error.line === 0 || !isOfValue(error.problem)) return;
     for (const name of [...parameters.keys()].sort()) {
       const formal = this.module(0).parameters.find((parameter) => parameter.formal.name === name)?.formal;
       const isList = formal?.initial && isListed(formal.initial.of[0] as Expr);

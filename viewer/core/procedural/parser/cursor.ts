@@ -5,6 +5,7 @@ import {
   emptyName,
   expected,
   Fault,
+  isUnseen,
   lineOf,
   NO_FILE,
   orderIn,
@@ -166,7 +167,7 @@ export class Cursor {
   protected named(word: string, what: string): string {
     const { at } = this.next;
     const name = this.text(what);
-    if (isBlank(name)) throw new Fault(at, emptyName(word));
+    if (isUnseen(name)) throw new Fault(at, emptyName(word));
     refuseUnseen(name, at, "letters in a name");
     return name;
   }
@@ -269,7 +270,7 @@ export class Cursor {
   }
 }
 
-/** Refuses a text that is longer than anybody reads, or has in it what nobody sees. */
+/** Refuses a text that is longer than anybody reads, or has an order in it to who shows it. */
 function refuseUnseen(text: string, at: At, letters: string): void {
   if ([...text].length > MAX_NAME) throw new Fault(at, reached(letters, MAX_NAME));
   const order = orderIn(text);

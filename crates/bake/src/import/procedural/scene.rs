@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Program, Recipe, Said, Settings, Surface};
+use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Program, Recipe, SaidInFile, Settings, Surface};
 use glam::{DMat4, DVec3, Vec3};
 use serde_json::json;
 
@@ -79,7 +79,7 @@ pub(super) fn scene_of(
     let mut imported: BTreeMap<&str, Vec<SourceObject>> = BTreeMap::new();
     let files: Vec<&str> = program.files().map(|(file, _)| file).collect();
     let mut places = BTreeMap::new();
-    let mut place_of = |said: Said| {
+    let mut place_of = |said: SaidInFile| {
         let place = || {
             Arc::new(source::Said {
                 texts: rules.0.clone(),

@@ -157,7 +157,7 @@ impl<'p> Evaluator<'p> {
     }
 
     fn item(&mut self, scope: &Scope, at: At, list: &'p Expr, index: &'p Expr) -> Outcome<Value> {
-        // Part of what is held anyway, or nobody else's.
+        // A named list is counted where it is named; another only while the index is computed.
         let is_held = list.is_of_name();
         let list = self.items(scope, at, list, "what has items")?;
         let size = if is_held { 0 } else { list.size() };

@@ -5,7 +5,7 @@
 use super::{Account, Evaluator, Outcome, Scope, Turtle, listed};
 use crate::Bounds;
 use crate::procedural::affine::Affine;
-use crate::procedural::grown::{Part, Placement, Said};
+use crate::procedural::grown::{Part, Placement, SaidInFile};
 use crate::procedural::limits::reached;
 use crate::procedural::problem::Problem;
 use crate::procedural::random::step_name;
@@ -166,7 +166,7 @@ impl<'p> Evaluator<'p> {
         body: &'p Statement,
     ) -> Outcome<()> {
         let file = scope.module;
-        let part = self.begin((scope, at), name, Some(Said { file, at }))?;
+        let part = self.begin((scope, at), name, Some(SaidInFile { file, at }))?;
         self.keep_name((scope.module, at), name)?;
         self.inside(part, turtle.material, false, |e, turtle| e.visit(scope, turtle, body))?;
         self.accounts[part].finished = true;
@@ -181,7 +181,7 @@ impl<'p> Evaluator<'p> {
         Ok(())
     }
 
-    fn begin(&mut self, place: (&Scope, At), name: &str, called: Option<Said>) -> Outcome<usize> {
+    fn begin(&mut self, place: (&Scope, At), name: &str, called: Option<SaidInFile>) -> Outcome<usize> {
         self.check_parts(place)?;
         self.parts.push(Part::new(name, called));
         self.accounts.push(Account::default());

@@ -20,6 +20,7 @@ use super::limits::{MAX_AROUND, MAX_NAME, MAX_NESTING, MAX_TEXT_BYTES, reached};
 use super::problem::Problem;
 use super::spelling::nearest;
 use super::syntax::{Argument, At, Module, Written};
+use super::wording::is_unseen;
 pub use declaration::tidied;
 use declaration::{DECLARATIONS, is_blank};
 use reach::Reach;
@@ -228,7 +229,7 @@ impl<'t> Parser<'t> {
     fn named(&mut self, word: &'static str, what: &str) -> Parsed<String> {
         let at = self.peek().at;
         let name = self.text(what)?;
-        if is_blank(name) {
+        if name.chars().all(|c| c == ' ' || is_unseen(c)) {
             return Err((at, Problem::EmptyName(word)));
         }
         refuse_unseen(name, at, "letters in a name")?;
@@ -356,7 +357,7 @@ impl<'t> Declared<'t> {
     }
 }
 
-/// Refuses a text that is longer than anybody reads, or has in it what nobody sees.
+/// Refuses a text that is longer than anybody reads, or has an order in it to who shows it.
 fn refuse_unseen(text: &str, at: At, letters: &'static str) -> Parsed<()> {
     if text.chars().count() > MAX_NAME {
         return Err((at, reached(letters, MAX_NAME as u64)));

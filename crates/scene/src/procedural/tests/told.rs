@@ -234,12 +234,23 @@ fn a_parameter_that_was_given_what_its_default_is_not_is_named_with_the_mistake(
         assert!(refused.starts_with("test.dcg, line 2, column "), "{refused}");
         assert_eq!(refused.lines().last(), Some(format!("    {wanted}").as_str()));
     }
-    let both = read("parameter posts = 3 for i in posts box(1, 1, 1)").unwrap();
+    // It may be innocent.
+    let both = "parameter posts = 3 for i in posts box(1, 1, 1)\n";
     let settings = Settings {
         parameters: [("posts".to_owned(), list)].into(),
         ..Settings::default()
     };
-    assert_eq!(grow(&both, &settings).unwrap().usage.triangles, 24);
+    assert_eq!(grow(&read(both).unwrap(), &settings).unwrap().usage.triangles, 24);
+    for (wrong, said) in [
+        ("box(1, 1 / 0, 1)", "division by zero"),
+        ("rule r() { r() } r()", "more than 64 levels"),
+        ("box(-1, 1, 1)", "it must be from 0"),
+        ("let a = [1] box(a[1], 1, 1)", "there is no item 1"),
+    ] {
+        let refused = grow(&read(&format!("{both}{wrong}")).unwrap(), &settings).unwrap_err();
+        assert_eq!(refused.given, None, "{wrong}");
+        assert!(refused.to_string().contains(said), "{refused}");
+    }
 }
 
 #[test]
