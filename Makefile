@@ -19,10 +19,12 @@ demo:
 
 ## Every test that needs no service: format, lints, unit, property, golden, end-to-end, levels in others' readers, a real browser, the API
 ## against its description, an nginx in front, what a release packs. When all is built they run two at a time, since most wait more than
-## they compute; each is printed when it is over, and one that fails stops no other.
+## they compute, but for those in a browser, which draw without a graphics card; each is printed when it is over, and one that fails stops
+## no other.
 test: tools check build-tests
 	@$(MAKE) --no-print-directory --jobs=2 --output-sync=target --keep-going \
-		test-rust test-browser test-viewer test-levels test-api test-private test-cache test-dist
+		test-rust test-viewer test-levels test-api test-private test-cache test-dist; others=$$?; \
+	$(MAKE) --no-print-directory test-browser && exit $$others
 
 # Examples are documented, too, since with them dependencies have the features of tests, as Clippy has checked them.
 check: viewer
@@ -34,8 +36,9 @@ check: viewer
 build-tests: viewer
 	$(CARGO) test --locked --workspace --no-run
 
+# Without the flags of make, which tests of documentation take for a sign of jobs to share.
 test-rust: viewer
-	$(CARGO) test --locked --workspace --no-fail-fast
+	MAKEFLAGS= $(CARGO) test --locked --workspace --no-fail-fast
 
 test-viewer: viewer
 	cd viewer && $(NPM) test

@@ -70,7 +70,7 @@ async function byFlownLink(page) {
   const start = await settle(page, "the first cell");
   await page.keyboard.press("KeyF");
   await page.keyboard.down("KeyE");
-  await until(page, "one does not rise", (y) => window.belvedere.state().position[1] > y + 6, start.position[1]);
+  await until(page, "one does not rise", (y) => window.belvedere.state().position[1] > y + 2, start.position[1]);
   await page.keyboard.up("KeyE");
   const flown = await addressed(page);
   await page.reload();
