@@ -64,7 +64,7 @@ fn too_much(what: &str) -> String {
         }),
         "brackets, blocks and signs inside each other in a text" => format!("let a = {}1", "(".repeat(100)),
         "operators in a row" => format!("let a = 1{}", " + 1".repeat(65)),
-        "letters of a name" => format!("rule {}() {{}}", "x".repeat(256)),
+        _ if what.starts_with("letters of a name") => format!("rule {}() {{}}", "x".repeat(256)),
         "bytes of a file" => " ".repeat((1 << 20) + 1),
         "bytes of all files" => "import \"long 1\" as next".to_owned(),
         "files" => "import \"1\" as next".to_owned(),
@@ -74,7 +74,7 @@ fn too_much(what: &str) -> String {
         "coordinates of points" => "polygon([[0, 0, 0], [1, 0, 0], [0, 1000001, 0]])".to_owned(),
         "lengths of solids" => "box(1, 1, 1000001)".to_owned(),
         "sides" => "sphere(1, 257)".to_owned(),
-        "steps of a height field, along each side" => "heights x, z in 1 by 1 steps 4097 by 1 = 0".to_owned(),
+        _ if what.starts_with("steps of a height field") => "heights x, z in 1 by 1 steps 4097 by 1 = 0".to_owned(),
         "width and depth of a height field" => "heights x, z in 0 by 1 steps 1 by 1 = 0".to_owned(),
         "heights of a field" => "heights x, z in 1 by 1 steps 1 by 1 = 1000001".to_owned(),
         "turns of a loop, points of `scatter`" => "scatter 1048577 as x, z in 1 by 1 {}".to_owned(),
@@ -91,7 +91,13 @@ fn too_much(what: &str) -> String {
         "frames of an impostor" => "impostor(frames = 17)".to_owned(),
         "stride of an impostor" => "impostor(stride = 0)".to_owned(),
         "height of an impostor's atlas" => "impostor(size = 128, frames = 16)".to_owned(),
-        _ if what.starts_with("numbers kept") => format!("for i in 40 viewpoint \"{}\"", "x".repeat(1_000_000)),
+        "numbers of a face's corners" => "mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3.5]])".to_owned(),
+        _ if what.starts_with("numbers in lists that are needed at once") => {
+            "function long(n) = if n < 1 then [0] else [long(n - 1), long(n - 1)] let big = long(14)
+             rule r(n) { let l = mix(big, big, n) if n > 0 r(n - 1) } r(60)"
+                .to_owned()
+        }
+        _ if what.starts_with("numbers kept") => format!("for i in 140000 viewpoint \"{}\"", "x".repeat(255)),
         _ => panic!("nothing takes more of this: {what}"),
     }
 }
