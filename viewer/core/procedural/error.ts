@@ -84,17 +84,18 @@ function placeOf(whole: string, place: number): { line: number; column: number; 
   return { line: lineOf(source, at), column: [...before.slice(start)].length + 1, text };
 }
 
+/** What is none but an order to who shows a text: a control character, a break of the line, or a mark that turns the way of writing. */
+const ORDER = /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/u;
+const ORDERS = new RegExp(ORDER, "gu");
+
 /** What a terminal would take for an order, to write from right to left too, becomes a replacement character. */
 function printable(text: string): string {
-  return text.replace(/[^\P{Cc}\n\t]|[\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/gu, "\ufffd");
+  return text.replace(ORDERS, (order) => (order === "\n" || order === "\t" ? order : "\ufffd"));
 }
 
-/**
- * The first character that is none but an order to who shows the text: a control character, a break of the line, or one of the
- * marks that turn the way of writing.
- */
+/** The first character of a text that is none but an order to who shows it. */
 export function orderIn(text: string): string | undefined {
-  return /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/u.exec(text)?.[0];
+  return ORDER.exec(text)?.[0];
 }
 
 /** Whether a problem is that a value is not what it must be: perhaps a number in place of a list, or a list in place of a number. */
@@ -118,7 +119,8 @@ export function unseen(character: string): string {
   return `${numberOf(character)} is not seen, and has no place in a name or path; leave it out`;
 }
 
-function numberOf(character: string): string {
+/** How people name a character that is not seen. */
+export function numberOf(character: string): string {
   return `U+${character.codePointAt(0)?.toString(16).toUpperCase().padStart(4, "0")}`;
 }
 

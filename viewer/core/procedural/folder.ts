@@ -1,14 +1,12 @@
 /** Which file does a path of an `import` name? One in the folder of the first file or below it, and no other. */
+import { numberOf } from "./error.ts";
 
 const BESIDE = "put the file beside the source";
 
 /** The path without `.` parts. Throws an `Error` for one that leaves the folder, which a {@link Load} may throw on. */
 export function insideFolder(path: string): string {
   const control = /\p{Cc}/u.exec(path)?.[0];
-  if (control !== undefined) {
-    const number = control.charCodeAt(0).toString(16).toUpperCase().padStart(4, "0");
-    throw new Error(`a path has no U+${number} in it: leave it out`);
-  }
+  if (control !== undefined) throw new Error(`a path has no ${numberOf(control)} in it: leave it out`);
   if (path.includes("://")) {
     throw new Error(`it is an address, and nothing is fetched: ${BESIDE}, and write its path`);
   }
