@@ -60,6 +60,7 @@ pub struct World {
     origin: DVec3,
     scale_m: f32,
     small_m: f32,
+    main_part: Option<MainPart>,
     bounds: Bounds,
     object_bounds: Vec<Bounds>,
     /// Objects that are doors, rising.
@@ -147,10 +148,12 @@ impl World {
         let doors = (0..scene.objects.len() as u32)
             .filter(|o| is_door(o) && !object_bounds[*o as usize].is_empty())
             .collect();
+        let main_part = MainPart::of(&object_bounds);
         Ok(Self {
             origin,
             scale_m,
-            small_m: small::small_m(scale_m, &object_bounds),
+            small_m: small::small_m(scale_m, main_part.as_ref()),
+            main_part,
             bounds,
             object_bounds,
             doors,
@@ -177,6 +180,11 @@ impl World {
     #[must_use]
     pub fn small_m(&self) -> f32 {
         self.small_m
+    }
+
+    /// What it is of; `None` where nothing is drawn.
+    pub(crate) fn main_part(&self) -> Option<&MainPart> {
+        self.main_part.as_ref()
     }
 
     /// Whether the scene is so wide that more than a share of its rest is small: nothing less is known exactly enough.

@@ -31,7 +31,7 @@ const MIN_BUILT: f32 = 1.0 / 64.0;
 /// moves hardly ever changes it; all of the scene where that is no smaller. In height it is all of the scene too, unless a sky
 /// or something far up makes that far higher than what it is of is wide.
 pub(super) fn built(world: &World, [min, max]: [Vec3; 2]) -> [Vec3; 2] {
-    let sky = MainPart::of(world.object_bounds()).map(|part| Sky::around(world, &part));
+    let sky = world.main_part().map(|part| Sky::around(world, part));
     let faces = || {
         let faces = world.triangles().filter(stands_upright);
         faces.filter(|face| sky.as_ref().is_none_or(|sky| !sky.holds(face)))

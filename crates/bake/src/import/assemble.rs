@@ -107,13 +107,7 @@ pub(super) fn assemble(reader: &mut Reader, ground: Ground, nodes_grow: bool) ->
         }
         nursery.plant(&mut scene, planting, (reader, ground))?;
     }
-    procedural::number(
-        scene
-            .viewpoints
-            .iter_mut()
-            .map(|viewpoint| &mut viewpoint.name)
-            .collect(),
-    );
+    procedural::number_viewpoints(&mut scene);
     if scene.objects.is_empty() {
         return Err(finish::nothing_to_draw(reader, &scene));
     }

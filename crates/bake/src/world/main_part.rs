@@ -2,8 +2,6 @@
 
 use belvedere_scene::Bounds;
 
-/// A scene is far wider than what it is of when it is so many times as wide.
-pub(super) const FAR: f64 = 4.0;
 /// The share of objects that count as outliers at each end of each axis.
 const OUTLIERS: f64 = 0.05;
 /// The share of objects that are no wider than is usual: of two the smaller, as of a house and a sky.

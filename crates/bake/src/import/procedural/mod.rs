@@ -19,11 +19,12 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use belvedere_scene::Bounds;
 use belvedere_scene::procedural::limits::{MAX_TEXT_BYTES, reached};
 use belvedere_scene::procedural::{
-    DcgError, Limits as GrowthLimits, Loader, Program, Settings, Value, Watch, bounds_watched, grow_watched, nearest,
+    DcgError, Limits as GrowthLimits, Loader, Program, Settings, Usage, Value, Watch, bounds_watched, grow_watched,
+    nearest,
 };
-use belvedere_scene::{Bounds, procedural::limits::Usage};
 
 use super::container::has_ending;
 use super::limits::Budget;
@@ -33,7 +34,7 @@ use crate::defect::Defects;
 use crate::progress::{Progress, Stage, Within};
 pub use growth::Growth;
 pub(super) use node::{Nursery, Planting, Wish, steps_of};
-pub(super) use scene::number;
+pub(super) use scene::number_viewpoints;
 use texts::texts_of;
 
 /// What rules are given besides their text.

@@ -154,13 +154,7 @@ pub(super) fn scene_of(
     let shapes = cells.iter_mut().chain(portals).chain(occluders);
     let objects = scene.objects.iter_mut().map(|object| &mut object.source_node);
     number(objects.chain(shapes.map(|shape| &mut shape.node)).collect());
-    number(
-        scene
-            .viewpoints
-            .iter_mut()
-            .map(|viewpoint| &mut viewpoint.name)
-            .collect(),
-    );
+    number_viewpoints(&mut scene);
     Ok(scene)
 }
 
@@ -174,9 +168,15 @@ fn check_room(scene: &SourceScene, limits: &Limits, place: &str) -> Result<(), I
     Ok(())
 }
 
+/// Gives each viewpoint a name of its own.
+pub(crate) fn number_viewpoints(scene: &mut SourceScene) {
+    let names = scene.viewpoints.iter_mut().map(|viewpoint| &mut viewpoint.name);
+    number(names.collect());
+}
+
 /// Gives each a name of its own: `tree`, `tree 2`, `tree 3` …; where something is called `tree 2` already, the second tree
 /// takes the first number that no tree has.
-pub(crate) fn number(names: Vec<&mut String>) {
+fn number(names: Vec<&mut String>) {
     /// How many there are of a name, how many of them have been met, and the last number that was given.
     #[derive(Default)]
     struct Count {

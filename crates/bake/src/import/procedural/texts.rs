@@ -26,9 +26,11 @@ pub(super) fn texts_of(program: &Program, grown: &mut Grown, defects: &mut Defec
     let all_bytes: usize = texts.values().map(String::len).sum();
     let mut known: BTreeMap<(String, usize), Result<String, &'static str>> = BTreeMap::new();
     let (mut left, mut numbers) = (MOST_GIVEN_BYTES, 1_u32..);
-    let unsaid: Vec<String> = texts.keys().filter(|file| !can_be_imported(file)).cloned().collect();
+    // All others were imported.
+    let first = program.files().next().map(|(file, _)| file);
+    let unsaid = first.filter(|file| !can_be_imported(file));
     for part in &mut grown.parts {
-        if part.recipe.as_ref().is_some_and(|recipe| unsaid.contains(&recipe.file)) {
+        if part.recipe.as_ref().is_some_and(|recipe| unsaid == Some(&recipe.file)) {
             defects.note(UNSAID, 1, || part.name.clone());
             part.recipe = None;
         }
