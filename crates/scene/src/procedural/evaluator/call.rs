@@ -99,6 +99,9 @@ impl<'p> Evaluator<'p> {
         inner: &Scope,
         formals: &'p [Formal],
     ) -> Outcome<()> {
+        if call.given.len() == formals.len() {
+            return Ok(());
+        }
         for (slot, formal) in call.left(formals) {
             if let Some(default) = &formal.default {
                 let value = self.written(inner, default);

@@ -34,6 +34,13 @@ pub(super) enum Operation {
         path: Register,
         site: u32,
     },
+    /// From a number on, over a span.
+    RandomFrom {
+        path: Register,
+        site: u32,
+        from: Register,
+        span: Register,
+    },
     /// A path, not a number.
     Path {
         from: Register,
@@ -91,7 +98,6 @@ pub(super) struct Known<'k> {
 pub(super) struct Columns<'c, const N: usize> {
     pub(super) numbers: &'c mut [[f64; N]],
     pub(super) paths: &'c mut [[u32; N]],
-    pub(super) hashes: &'c mut [u32; N],
     pub(super) memory: &'c mut Memory,
     /// Whose constants lie there.
     pub(super) constants_of: &'c mut Option<u32>,
@@ -109,8 +115,8 @@ impl<const N: usize> Columns<'_, N> {
         }
         let shared = if with_shared { &code.shared[..] } else { &[] };
         for operations in [shared, &code.each[..]] {
-            for &(operation, to) in operations {
-                if !self.step(operation, to, known) {
+            for (operation, to) in operations {
+                if !self.step(operation, *to, known) {
                     return false;
                 }
             }
@@ -119,11 +125,11 @@ impl<const N: usize> Columns<'_, N> {
     }
 
     #[inline(always)]
-    fn step(&mut self, operation: Operation, to: Register, known: &Known) -> bool {
+    fn step(&mut self, operation: &Operation, to: Register, known: &Known) -> bool {
         // What an operation takes lies before what it gives.
         let (before, after) = self.numbers.split_at_mut(to as usize);
         let at = |register: Register| &before[register as usize];
-        match operation {
+        match *operation {
             Operation::Local(slot) => match known.locals[slot as usize] {
                 Value::Number(number) => put(after, |_| number),
                 Value::List(..) => return false,
@@ -154,10 +160,11 @@ impl<const N: usize> Columns<'_, N> {
                 };
                 put(after, |i| sums[i]);
             }
-            Operation::Random { path, site } => {
-                put_hashes(&self.paths[path as usize], site, self.hashes);
-                let hashes = &*self.hashes;
-                put(after, |i| share(hashes[i]));
+            Operation::Random { path, site } => after[0] = shares(&self.paths[path as usize], site),
+            Operation::RandomFrom { path, site, from, span } => {
+                let (from, span) = (at(from), at(span));
+                let shares = shares(&self.paths[path as usize], site);
+                put(after, |i| from[i] + span[i] * shares[i]);
             }
             Operation::Path { from, site, to } => {
                 let from = self.paths[from as usize];
@@ -224,12 +231,17 @@ fn put_moved<const N: usize>(
     }
 }
 
-/// What random numbers are made of.
+/// Random numbers, from 0 up to 1.
 #[inline(always)]
-fn put_hashes<const N: usize>(paths: &[u32; N], site: u32, to: &mut [u32; N]) {
+fn shares<const N: usize>(paths: &[u32; N], site: u32) -> [f64; N] {
+    let (mut hashes, mut shares) = ([0; N], [0.0; N]);
     for i in 0..N {
-        to[i] = mixed(step(paths[i], site));
+        hashes[i] = mixed(step(paths[i], site));
     }
+    for i in 0..N {
+        shares[i] = share(hashes[i]);
+    }
+    shares
 }
 
 #[inline(always)]

@@ -204,13 +204,8 @@ impl<'p> Compiler<'p> {
                 let octaves = octaves.filter(|octaves| (1.0..=MAX_OCTAVES).contains(octaves))?;
                 self.fractal([x, z], octaves as u32)?
             }
-            (BuiltIn::Random, _) => {
-                let to = self.emitter.random(self.names.path, site);
-                match *of {
-                    [a, b] => self.emitter.between(a, b, to),
-                    _ => to,
-                }
-            }
+            (BuiltIn::Random, &[a, b]) => self.emitter.random_between(self.names.path, site, [a, b]),
+            (BuiltIn::Random, _) => self.emitter.random(self.names.path, site),
             _ => {
                 let filled = [0, 1, 2].map(|i| of.get(i).copied().unwrap_or(of[0]));
                 self.emitter.emit(Operation::BuiltIn(name, filled), of, 1)

@@ -207,14 +207,33 @@ impl Emitter {
 
     /// A random number of a place.
     pub(super) fn random(&mut self, path: Register, site: u32) -> Register {
-        let is_shared = self.shared_paths[path as usize];
+        let to = self.drawn(Operation::Random { path, site }, self.shared_paths[path as usize]);
+        self.shown(&[to]);
+        to
+    }
+
+    /// The same between two numbers.
+    pub(super) fn random_between(&mut self, path: Register, site: u32, [a, b]: [Register; 2]) -> Register {
+        let span = self.binary(Operator::Subtract, [b, a]);
+        self.shown(&[a, span]);
+        let is_shared = [a, span].iter().all(|&of| self.numbers[of as usize].is_shared);
+        let from = Operation::RandomFrom {
+            path,
+            site,
+            from: a,
+            span,
+        };
+        self.drawn(from, is_shared && self.shared_paths[path as usize])
+    }
+
+    fn drawn(&mut self, operation: Operation, is_shared: bool) -> Register {
         let known = Number {
             is_shared,
-            is_shown: true,
+            is_shown: false,
             constant: None,
         };
         let to = self.reserve(1, known);
-        self.push(Operation::Random { path, site }, to, is_shared);
+        self.push(operation, to, is_shared);
         to
     }
 

@@ -2,15 +2,16 @@
 
 use super::code::Register;
 use super::plan::Planned;
+use crate::Bounds;
 use crate::procedural::evaluator::terminal::sides_of;
 use crate::procedural::solid::Solid;
 
 impl Planned {
-    /// Places triangles in all turns at once, where it is nothing but triangles, and sound.
+    /// Places triangles in all turns at once, where it is nothing but triangles, and sound. Some lie within `bounds` already.
     #[inline(always)]
-    pub(super) fn place<const N: usize>(&mut self, numbers: &[[f64; N]]) {
+    pub(super) fn place<const N: usize>(&mut self, numbers: &[[f64; N]], bounds: &Bounds) {
         let faces = (&self.numbers[..], &self.triangles[..]);
-        self.is_placed = !self.triangles.is_empty() && self.sheaf.place(numbers, &self.frame, faces);
+        self.is_placed = !self.triangles.is_empty() && self.sheaf.place(numbers, &self.frame, faces, bounds);
     }
 
     /// Puts in what `at` gives for the registers of the solid.

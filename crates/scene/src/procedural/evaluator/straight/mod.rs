@@ -33,6 +33,7 @@ use widest::compute;
 
 use super::statement::MAX_LENGTH as FARTHEST;
 use super::{Evaluator, Outcome, Scope, Turtle};
+use crate::Bounds;
 use crate::procedural::random::step;
 use crate::procedural::syntax::{Cost, Expr, Statement};
 use crate::procedural::value::Value;
@@ -103,12 +104,10 @@ impl Room {
             _ => &mut numbers[3],
         };
         numbers.resize(numbers.len().max(N * code.registers), 0.0);
-        paths.resize(paths.len().max(N * (code.paths + 1)), 0);
-        let (hashes, paths) = paths.split_at_mut(N);
+        paths.resize(paths.len().max(N * code.paths), 0);
         Columns {
             numbers: numbers.as_chunks_mut().0,
             paths: paths.as_chunks_mut().0,
-            hashes: &mut hashes.as_chunks_mut().0[0],
             memory,
             constants_of,
         }
@@ -339,19 +338,22 @@ impl<'p> Evaluator<'p> {
             }
         }
         // Places that are left over do what the last turn does.
-        let turn = |place: usize| (range.start + place).min(range.end - 1);
+        let (first, last) = (range.start as u32, range.end as u32 - 1);
+        let here: [u32; N] = std::array::from_fn(|place| last.min(first + place as u32));
         for (slot, numbers) in columns.numbers[frame.len()..][..plan.inputs].iter_mut().enumerate() {
             *numbers = match turns.given {
-                Given::Number => std::array::from_fn(|place| turn(place) as f64),
-                Given::Items(items) => std::array::from_fn(|place| number_of(&items[turn(place)], slot)),
+                // As signed numbers they are known to every processor.
+                Given::Number => here.map(|turn| f64::from(turn as i32)),
+                Given::Items(items) => here.map(|turn| number_of(&items[turn as usize], slot)),
             };
         }
         columns.paths[0] = match turns.path {
-            Some(path) => std::array::from_fn(|place| step(path, turn(place) as u32)),
+            Some(path) => here.map(|turn| step(path, turn)),
             None => [scope.path; N],
         };
         let to_place = if self.measuring { &mut [] } else { &mut plan.solids[..] };
-        compute(columns, (&plan.code, are_first), &self.known(scope), to_place)
+        let bounds = &self.parts[self.part].bounds;
+        compute(columns, (&plan.code, are_first), &self.known(scope), (to_place, bounds))
     }
 
     /// Heights of a field at so many x of a row; whether that was possible.
@@ -408,7 +410,12 @@ impl<'p> Evaluator<'p> {
         for first in (0..count).step_by(WIDE) {
             let here = (WIDE as u32).min(count - first);
             columns.numbers[0] = std::array::from_fn(|place| x(first + (place as u32).min(here - 1)));
-            is_sound = compute(&mut columns, (&slope.code, first == 0), &known, &mut []);
+            is_sound = compute(
+                &mut columns,
+                (&slope.code, first == 0),
+                &known,
+                (&mut [], &Bounds::EMPTY),
+            );
             if !is_sound {
                 heights.truncate(before);
                 break;

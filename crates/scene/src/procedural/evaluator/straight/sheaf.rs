@@ -18,8 +18,10 @@ pub(super) struct Sheaf {
     /// whether that of a turn turns left into right.
     corners: Vec<u32>,
     mirrored: Vec<bool>,
-    /// Boxes that hold it: for each turn the least x, then for each the most x, and so on up to the most z.
+    /// Boxes that hold it: for each turn the least x, then for each the most x, and so on up to the most z. They are not known where
+    /// all turns lie within the bounds that were there before.
     ends: Vec<f64>,
+    is_within: bool,
     /// How many vertices a turn has.
     vertices: usize,
     /// As they are written: along each axis where each point lies in all turns, then where each triangle faces.
@@ -30,14 +32,15 @@ pub(super) struct Sheaf {
 type Vectors<const N: usize> = [[f64; N]; 3];
 
 impl Sheaf {
-    /// Places the same triangles between other points in each turn; whether each is sound, that is, cut off from its first
-    /// corner on as [`Ears`](crate::procedural::solid) would.
+    /// Places the same triangles between other points in each turn, where some lie within `bounds` already; whether each is sound,
+    /// that is, cut off from its first corner on as [`Ears`](crate::procedural::solid) would.
     #[inline(always)]
     pub(super) fn place<const N: usize>(
         &mut self,
         numbers: &[[f64; N]],
         frame: &Frame,
         (points, triangles): (&[Register], &[[u32; 3]]),
+        bounds: &Bounds,
     ) -> bool {
         let frame: [&[f64; N]; 12] = frame.map(|register| &numbers[register as usize]);
         let (normals, mirrored) = normals_of(frame);
@@ -49,26 +52,32 @@ impl Sheaf {
         self.written.resize(3 * N * (points + triangles.len()), 0.0);
         let written = self.written.as_chunks_mut::<N>().0.as_chunks_mut::<3>().0;
         let (places, directions) = written.split_at_mut(points);
+        let mut farthest = [[0.0; N]; 3];
         for (p, place) in (0..).zip(&mut *places) {
-            *place = placed(frame, point(p));
+            let point = point(p);
+            *place = placed(frame, point);
+            widen(&mut farthest, point);
         }
         let mut are_sound = true;
-        for (corners, direction) in triangles.iter().zip(&mut *directions) {
-            let (facing, is_sound) = facing(&normals, corners.map(point));
+        for (&[a, b, c], direction) in triangles.iter().zip(&mut *directions) {
+            let (facing, is_sound) = facing(&normals, [point(a), point(b), point(c)]);
             *direction = facing;
             are_sound &= is_sound;
         }
         self.vertices = 3 * triangles.len();
         self.positions.resize(N * self.vertices, [0.0; 3]);
         self.normals.resize(N * self.vertices, [0.0; 3]);
-        let rows = self.positions.chunks_exact_mut(self.vertices);
-        for (turn, (positions, normals)) in (0..N).zip(rows.zip(self.normals.chunks_exact_mut(self.vertices))) {
-            let corners = positions.as_chunks_mut::<3>().0.iter_mut().zip(triangles);
-            for ((corners, numbers), (normals, direction)) in
-                corners.zip(normals.as_chunks_mut::<3>().0.iter_mut().zip(&*directions))
-            {
-                *corners = numbers.map(|p| places[p as usize].each_ref().map(|along| along[turn]));
-                *normals = [direction.each_ref().map(|along| along[turn]); 3];
+        let positions = self.positions.as_chunks_mut::<3>().0;
+        let normals = self.normals.as_chunks_mut::<3>().0;
+        for (triangle, (&[a, b, c], direction)) in triangles.iter().zip(&*directions).enumerate() {
+            let corners = [&places[a as usize], &places[b as usize], &places[c as usize]];
+            for turn in 0..N {
+                let here = turn * triangles.len() + triangle;
+                for (written, [x, y, z]) in positions[here].iter_mut().zip(corners) {
+                    *written = [x[turn], y[turn], z[turn]];
+                }
+                let [x, y, z] = direction;
+                normals[here] = [[x[turn], y[turn], z[turn]]; 3];
             }
         }
         if self.mirrored.get(..N) != Some(&mirrored[..]) {
@@ -79,15 +88,21 @@ impl Sheaf {
             let corners = turns.flat_map(|(turn, &mirrored)| corners_of(turn * self.vertices, self.vertices, mirrored));
             self.corners.extend(corners);
         }
-        self.ends.resize(6 * N, 0.0);
-        let ends = self.ends.as_chunks_mut::<N>().0.as_chunks_mut::<2>().0;
-        put_bounds(frame, (0..points as u32).map(point), ends);
+        self.is_within = is_within(frame, &farthest, bounds);
+        if !self.is_within {
+            self.ends.resize(6 * N, 0.0);
+            let ends = self.ends.as_chunks_mut::<N>().0.as_chunks_mut::<2>().0;
+            put_bounds(frame, (0..points as u32).map(point), ends);
+        }
         are_sound
     }
 
-    /// A box that holds it in some turns.
+    /// A box that holds what some turns have beyond the bounds that were there before.
     pub(super) fn bounds(&self, turns: Range<usize>) -> Bounds {
         let mut bounds = Bounds::EMPTY;
+        if self.is_within {
+            return bounds;
+        }
         let rows = self.ends.chunks_exact(self.ends.len() / 6);
         let mut rows = rows.map(|row| &row[turns.clone()]);
         for (min, max) in bounds.min.iter_mut().zip(&mut bounds.max) {
@@ -192,6 +207,30 @@ fn facing<const N: usize>(normals: &[Vectors<N>; 3], [a, b, c]: [[&[f64; N]; 3];
         }
     }
     (written, sound == N as u32)
+}
+
+/// How far points lie from the origin along each axis, either way, with one point more.
+#[inline(always)]
+fn widen<const N: usize>(farthest: &mut Vectors<N>, point: [&[f64; N]; 3]) {
+    for axis in 0..3 {
+        let (along, far) = (point[axis].map(f64::abs), farthest[axis]);
+        farthest[axis] = std::array::from_fn(|i| if along[i] > far[i] { along[i] } else { far[i] });
+    }
+}
+
+/// Whether points that lie so far from the origin of a frame, at most, are within bounds in all turns. The corners of the
+/// [box](put_bounds) around them lie no farther, as rounding keeps order.
+#[inline(always)]
+fn is_within<const N: usize>(frame: [&[f64; N]; 12], farthest: &Vectors<N>, bounds: &Bounds) -> bool {
+    let mut is_within = true;
+    for along in 0..3 {
+        let [a, b, c, origin] = [frame[along], frame[3 + along], frame[6 + along], frame[9 + along]];
+        for i in 0..N {
+            let reach = a[i].abs() * farthest[0][i] + b[i].abs() * farthest[1][i] + c[i].abs() * farthest[2][i];
+            is_within &= (origin[i] - reach >= bounds.min[along]) & (origin[i] + reach <= bounds.max[along]);
+        }
+    }
+    is_within
 }
 
 /// As [`Affine::bounds`](crate::procedural::affine::Affine::bounds) of the box around some points: along each axis the least and
