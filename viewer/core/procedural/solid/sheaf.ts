@@ -9,11 +9,12 @@ import { WIDTH } from "../plain/columns.ts";
 import type { Planned } from "../plain/plan.ts";
 import type { Faces } from "./flat.ts";
 import type { Mesh } from "./mesh.ts";
-import { turn as area, axesAcross } from "./polygon.ts";
 
-/** Where the points of one turn are, three numbers each, and where they are placed. */
+/** Where the points of one turn are, three numbers each, and where they are placed, as it is written. */
 let pointsOfTurn = new Float64Array(3 * 16);
-let placedOfTurn = new Float64Array(3 * 16);
+let placedOfTurn = new Float32Array(3 * 16);
+/** Its axes and its origin. */
+const frame = new Float64Array(12);
 
 /** Whether faces can be written so. */
 export function areTriangles(faces: Faces): boolean {
@@ -36,7 +37,7 @@ export function writeSheaf(
 ): number {
   if (numbers.length > pointsOfTurn.length) {
     pointsOfTurn = new Float64Array(2 * numbers.length);
-    placedOfTurn = new Float64Array(2 * numbers.length);
+    placedOfTurn = new Float32Array(2 * numbers.length);
   }
   const points = pointsOfTurn;
   const placed = placedOfTurn;
@@ -61,23 +62,17 @@ export function writeSheaf(
     const ox = num(columns, origin + at);
     const oy = num(columns, origin + WIDTH + at);
     const oz = num(columns, origin + 2 * WIDTH + at);
-    // A box around the points of the turn.
-    let lowU = Infinity;
-    let lowV = Infinity;
-    let lowW = Infinity;
-    let highU = -Infinity;
-    let highV = -Infinity;
-    let highW = -Infinity;
+    // How far the points of the turn lie from its origin along each axis, either way.
+    let farU = 0;
+    let farV = 0;
+    let farW = 0;
     for (let point = 0; point < numbers.length; point += 3) {
       const u = num(columns, Math.imul(numbers[point] as number, WIDTH) + at);
       const v = num(columns, Math.imul(numbers[point + 1] as number, WIDTH) + at);
       const w = num(columns, Math.imul(numbers[point + 2] as number, WIDTH) + at);
-      if (u < lowU) lowU = u;
-      if (v < lowV) lowV = v;
-      if (w < lowW) lowW = w;
-      if (u > highU) highU = u;
-      if (v > highV) highV = v;
-      if (w > highW) highW = w;
+      if (Math.abs(u) > farU) farU = Math.abs(u);
+      if (Math.abs(v) > farV) farV = Math.abs(v);
+      if (Math.abs(w) > farW) farW = Math.abs(w);
       points[point] = u;
       points[point + 1] = v;
       points[point + 2] = w;
@@ -120,7 +115,7 @@ export function writeSheaf(
       const u = 0 + (ay - by) * (az + bz) + (by - cy) * (bz + cz) + (cy - ay) * (cz + az);
       const v = 0 + (az - bz) * (ax + bx) + (bz - cz) * (bx + cx) + (cz - az) * (cx + ax);
       const w = 0 + (ax - bx) * (ay + by) + (bx - cx) * (by + cy) + (cx - ax) * (cy + ay);
-      if (!isEar(points, u, v, w, a, b, c)) return at;
+      if (!isEar(u, v, w, ax - cx, ay - cy, az - cz, bx - cx, by - cy, bz - cz)) return at;
       const x = nxx * u + nyx * v + nzx * w;
       const y = nxy * u + nyy * v + nzy * w;
       const z = nxz * u + nyz * v + nzz * w;
@@ -130,15 +125,15 @@ export function writeSheaf(
       const ny = isLong ? y / length : 1;
       const nz = isLong ? z / length : 0;
       const to = 3 * vertex;
-      positions[to] = num(placed, a);
-      positions[to + 1] = num(placed, a + 1);
-      positions[to + 2] = num(placed, a + 2);
-      positions[to + 3] = num(placed, b);
-      positions[to + 4] = num(placed, b + 1);
-      positions[to + 5] = num(placed, b + 2);
-      positions[to + 6] = num(placed, c);
-      positions[to + 7] = num(placed, c + 1);
-      positions[to + 8] = num(placed, c + 2);
+      positions[to] = placed[a] as number;
+      positions[to + 1] = placed[a + 1] as number;
+      positions[to + 2] = placed[a + 2] as number;
+      positions[to + 3] = placed[b] as number;
+      positions[to + 4] = placed[b + 1] as number;
+      positions[to + 5] = placed[b + 2] as number;
+      positions[to + 6] = placed[c] as number;
+      positions[to + 7] = placed[c + 1] as number;
+      positions[to + 8] = placed[c + 2] as number;
       directions[to] = nx;
       directions[to + 1] = ny;
       directions[to + 2] = nz;
@@ -155,10 +150,7 @@ export function writeSheaf(
     }
     mesh.vertices = vertex;
     mesh.triangles += faces.count;
-    // No corner of that box lies farther from the origin along x, y and z: rounding keeps order. Most lie within what is held.
-    const farU = -lowU > highU ? -lowU : highU;
-    const farV = -lowV > highV ? -lowV : highV;
-    const farW = -lowW > highW ? -lowW : highW;
+    // No corner of the box around them lies farther along x, y and z: rounding keeps order. Most lie within what is held.
     const farX = Math.abs(xx) * farU + Math.abs(yx) * farV + Math.abs(zx) * farW;
     const farY = Math.abs(xy) * farU + Math.abs(yy) * farV + Math.abs(zy) * farW;
     const farZ = Math.abs(xz) * farU + Math.abs(yz) * farV + Math.abs(zz) * farW;
@@ -172,14 +164,42 @@ export function writeSheaf(
     ) {
       continue;
     }
-    extent.box(lowU, lowV, lowW, highU, highV, highW);
-    reach.placed(extent, Float64Array.of(xx, xy, xz, yx, yy, yz, zx, zy, zz, ox, oy, oz), 0);
+    extent.points(points, numbers.length / 3, 3);
+    for (let i = 0; i < 3; i += 1) {
+      frame[i] = num(columns, xAxis + i * WIDTH + at);
+      frame[3 + i] = num(columns, yAxis + i * WIDTH + at);
+      frame[6 + i] = num(columns, zAxis + i * WIDTH + at);
+      frame[9 + i] = num(columns, origin + i * WIDTH + at);
+    }
+    reach.placed(extent, frame, 0);
   }
   return end;
 }
 
-/** Whether the triangle of three points with this normal is cut off as it is, looked at as `writeFace` does. */
-function isEar(points: Float64Array, x: number, y: number, z: number, a: number, b: number, c: number): boolean {
-  const across = axesAcross(x, y, z);
-  return area(points, c, a, b, across[0], across[1]) > 0;
+/**
+ * Whether a triangle with this normal is cut off as it is, by how its first and its second corner lie from the third: as
+ * `writeFace` looks at it, along the axis along which it has most area.
+ */
+function isEar(
+  x: number,
+  y: number,
+  z: number,
+  ax: number,
+  ay: number,
+  az: number,
+  bx: number,
+  by: number,
+  bz: number,
+): boolean {
+  let steep = x;
+  let area = ay * bz - az * by;
+  if (Math.abs(y) > Math.abs(steep)) {
+    steep = y;
+    area = az * bx - ax * bz;
+  }
+  if (Math.abs(z) > Math.abs(steep)) {
+    steep = z;
+    area = ax * by - ay * bx;
+  }
+  return steep < 0 ? area < 0 : area > 0;
 }
