@@ -14,6 +14,9 @@ const TEXTS = [
    }
    for i in 27 AS move(random(-1, 1), i, -random() / 2) turn(i * 137.5) tilt(random(5, 90)) roll(-i) leaf(0.5 + i / 10)`,
   "rule tip(w) { mesh([[0, 0, 0], [w, 1, 0], [0, 1, w]], [[0, 1, 2]]) } for i in 40 AS tip(1 - i / 20)",
+  `rule spike(l, k) { mesh([[0.1, 0, 0], [0, 0.1, 0], [l * (k == 0), l * (k == 1), l * (k == 2)]], [[0, 1, 2]]) }
+   part star(k, d) { box(1, 1, 1) for j in 4 for t in 4 for i in 4 AS move(0, 0.5, 0) turn(t * 90) roll(j * 90) spike((1 + i / 9) * d, k) }
+   for d in [-1, 1] for k in 3 star(k, d)`,
   "let k = [1, 2] for i in 5 AS box(k[0], i, 1)",
   "for i in 20 AS box(1, 9 - i, 1)",
   "for i in 20 AS move(i, 0, 0) sphere(1, sides = i)",

@@ -5,7 +5,7 @@ use super::{Evaluator, MOST_WORK};
 use crate::procedural::{Grown, Limits, NoImports, Program, Settings};
 
 /// Each has something in it that is done at one go, or that could be but for one thing.
-const TEXTS: [&str; 41] = [
+const TEXTS: [&str; 42] = [
     "for i in 5 move(2e8 * i, 0, 0) move(2e8 * i, 0, 0) box(1, 1, 1)",
     "scale(1e5) turn(45) scale(14000) turn(-45) box(1, 1, 1)",
     "scale(1e5) turn(45) scale(14000) if 1 turn(-45) box(1, 1, 1)",
@@ -17,6 +17,9 @@ const TEXTS: [&str; 41] = [
      function g(x) = noise(x, 2) + fractal(x, 1, 4) - fractal(x / 9, 1, 9) + random(0, x)
      heights x, z in 50 by 4 steps 29 by 7 = f(x + level, z) + f(z) + mix(x, z, 0.3)",
     "rule high() { heights x, z in 9 by 9 steps 9 by 3 = 1 / (x - 4.5 + z * 0) } high()",
+    "rule spike(l, k) { mesh([[0.1, 0, 0], [0, 0.1, 0], [l * (k == 0), l * (k == 1), l * (k == 2)]], [[0, 1, 2]]) }
+     part star(k, d) { box(1, 1, 1) for j in 4 for t in 4 for i in 4 move(0, 0.5, 0) turn(t * 90) roll(j * 90) spike((1 + i / 9) * d, k) }
+     for d in [-1, 1] for k in 3 star(k, d)",
     "let k = [1, 2] for i in 5 box(k[0], i, 1)",
     "for i in 20 box(1, 9 - i, 1)",
     "for i in 20 move(i, 0, 0) sphere(1, sides = i * 10)",
