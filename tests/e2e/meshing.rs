@@ -372,3 +372,36 @@ fn a_bad_file_and_a_bad_share_are_refused() {
     let refused = data.run(&["mesh", "lod", file, "--error", "0"]);
     assert_eq!(refused.status.code(), Some(2));
 }
+
+#[test]
+fn mesh_decode_does_not_write_over_what_it_reads() {
+    let data = Data::new();
+    let file = sheet(&data, 8);
+    let folder = data.folder("smooth");
+    data.ok(&["mesh", "smooth", &file, "-o", folder.to_str().expect("UTF-8")]);
+    let stream = folder.join("m0.slod");
+    let before = std::fs::read(&stream).expect("a stream");
+    let name = stream.to_str().expect("UTF-8");
+    let said = data.fails(&["mesh", "decode", name, "-o", name]);
+    assert!(said.contains("name another file with -o"), "{said}");
+    assert_eq!(std::fs::read(&stream).expect("a stream"), before);
+}
+
+/// As a quantised mesh has its scale in its node.
+#[test]
+fn lengths_of_a_mesh_whose_node_scales_it_say_what_they_are_counted_in() {
+    let data = Data::new();
+    let file = sheet_at(&data, 8, |x| 1e3 * x);
+    let gltf = std::fs::read_to_string(&file).expect("a glTF");
+    let scaled = gltf.replace(r#"{"mesh":0}"#, r#"{"mesh":0,"scale":[0.002,0.002,0.002]}"#);
+    let scaled = data.write("scaled.gltf", scaled);
+    let scaled = scaled.to_str().expect("UTF-8");
+    for tool in ["lod", "smooth"] {
+        let said = data.ok(&["mesh", tool, scaled]);
+        assert!(said.contains("one of which is 2.0000e-3 m in the scene"), "{said}");
+        assert!(!data.ok(&["mesh", tool, &file]).contains("its own units"));
+        let report: Value = serde_json::from_str(&data.ok(&["mesh", tool, scaled, "--json"])).expect("JSON");
+        let metres = report["meshes"][0]["metres_per_unit"].as_f64().expect("a number");
+        assert!((metres - 0.002).abs() < 1e-12, "{metres}");
+    }
+}

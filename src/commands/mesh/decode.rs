@@ -39,6 +39,11 @@ pub(super) struct Args {
 pub(super) fn run(args: Args) -> anyhow::Result<()> {
     args.eye.ensure_direction()?;
     let shown = args.file.display();
+    let places = [&args.file, &args.out].map(|path| path.canonicalize().ok());
+    anyhow::ensure!(
+        places[0].is_none() || places[0] != places[1],
+        "the GLB would take the place of {shown} itself: name another file with -o"
+    );
     let stream = read_named(&args.file, (args.memory_mib << 20, "--memory-mib"))?;
     let wanted = args.bytes.unwrap_or(stream.len());
     let beginning = stream

@@ -122,6 +122,8 @@ struct Report {
 #[derive(Debug, Serialize)]
 struct MeshReport {
     name: String,
+    /// What lengths are counted in.
+    metres_per_unit: f64,
     levels: Vec<LevelReport>,
     seconds: f64,
 }
@@ -215,6 +217,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
         }
         meshes.push(MeshReport {
             name: model.name.clone(),
+            metres_per_unit: super::metres_per_unit(&scene, number),
             levels,
             seconds,
         });
@@ -238,7 +241,8 @@ impl Report {
             lines.push(format!("{} fragments joined to another", self.joined));
         }
         for mesh in &self.meshes {
-            lines.push(format!("{}: {:.2} s", mesh.name, mesh.seconds));
+            let units = super::note_of_units(mesh.metres_per_unit).map_or_else(String::new, |note| format!("; {note}"));
+            lines.push(format!("{}: {:.2} s{units}", mesh.name, mesh.seconds));
             let rows: Vec<_> = mesh.levels.iter().map(LevelReport::row).collect();
             let is_written = mesh.levels.iter().any(|level| level.file.is_some());
             let head = [

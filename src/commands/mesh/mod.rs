@@ -57,6 +57,23 @@ fn ensure_in_reach(model: &SourceModel) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// How many metres a unit of a mesh's own space is where the scene shows it largest. What gltfpack or glTF-Transform have quantised
+/// has steps of a lattice for units, and its node the scale.
+fn metres_per_unit(scene: &SourceScene, model: usize) -> f64 {
+    let placed = scene.objects.iter().filter(|object| object.model == model);
+    let scales = placed.flat_map(|object| {
+        let axes = object.world_from_object;
+        [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.truncate().length())
+    });
+    scales.reduce(f64::max).unwrap_or(1.0)
+}
+
+/// Says so where that is not a metre; nothing where it is.
+fn note_of_units(metres_per_unit: f64) -> Option<String> {
+    let is_metre = (metres_per_unit - 1.0).abs() < 1e-6;
+    (!is_metre).then(|| format!("lengths in its own units, one of which is {metres_per_unit:.4e} m in the scene"))
+}
+
 /// Reads a scene with all that stands beside it, and tells what is wrong with it.
 fn read_scene(file: &Path) -> anyhow::Result<(SourceScene, Vec<Defect>)> {
     let limits = Limits::default();

@@ -14,7 +14,7 @@ use belvedere_bake::{
         quantise::{Precision, QuantisedMesh},
         thesis,
     },
-    source::{Material, Primitive, SourceModel, Topology},
+    source::{Primitive, SourceModel, SourceScene, Topology},
 };
 use belvedere_scene::smooth::{Decoder, Header};
 use serde::Serialize;
@@ -57,6 +57,8 @@ struct Report {
 #[derive(Debug, Serialize)]
 struct MeshReport {
     mesh: String,
+    /// What lengths are counted in.
+    metres_per_unit: f64,
     /// The file that was written.
     file: Option<PathBuf>,
     vertices: usize,
@@ -103,7 +105,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     );
     let (mut meshes, mut too_small) = (Vec::new(), Vec::new());
     for (number, model) in with_triangles {
-        match report(number, model, (&scene.materials, &args))? {
+        match report(number, &scene, &args)? {
             Some(report) => meshes.push(report),
             None => too_small.push(model.name.clone()),
         }
@@ -147,6 +149,11 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
             ))?;
         }
     }
+    for mesh in &meshes {
+        if let Some(note) = super::note_of_units(mesh.metres_per_unit) {
+            print(&format!("{}: {note}", mesh.mesh))?;
+        }
+    }
     print(&summary(&meshes))
 }
 
@@ -160,11 +167,8 @@ fn counted(count: usize, what: &str) -> String {
 }
 
 /// `None` when no triangle is left on the lattice.
-fn report(
-    number: usize,
-    model: &SourceModel,
-    (materials, args): (&[Material], &Args),
-) -> anyhow::Result<Option<MeshReport>> {
+fn report(number: usize, scene: &SourceScene, args: &Args) -> anyhow::Result<Option<MeshReport>> {
+    let (model, materials) = (&scene.models[number], &scene.materials);
     ensure_in_reach(model)?;
     anyhow::ensure!(
         args.no_attributes || publish::tells_attributes(model, materials),
@@ -220,6 +224,7 @@ fn report(
     });
     Ok(Some(MeshReport {
         mesh: model.name.clone(),
+        metres_per_unit: super::metres_per_unit(scene, number),
         rungs: rungs.collect(),
         file: args
             .out
