@@ -22,7 +22,7 @@ use crate::{
     progress::{Cancelled, Progress, Silent, Stage},
     records::{self, BlobSink, Models, SinkError, Written},
     share::share,
-    source::{Material, SourceModel, SourceObject, SourceScene, SourceViewpoint},
+    source::{SourceModel, SourceObject, SourceScene, SourceViewpoint},
     visibility::{self, Views, Visibility, VisibilitySettings, conservative::Scenery, vouched::Vouched},
     world::{self, World, WorldError, bounds_of},
 };
@@ -156,16 +156,7 @@ pub fn bake(
     } else {
         scene.objects.iter().map(|object| bounds_of(&scene, object)).collect()
     };
-    let drawn_from_both_sides = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
-    let lod = LodSettings {
-        double_sided: scene
-            .materials
-            .iter()
-            .enumerate()
-            .filter_map(drawn_from_both_sides)
-            .collect(),
-        ..settings.lod.clone()
-    };
+    let lod = settings.lod.clone().for_materials(&scene.materials);
     let foliage = foliage::of(&scene);
     let is_drawn = !scene.authored.cells.is_empty();
     let mut models = Models::write(&scene, &lod, host.sink, progress)?;

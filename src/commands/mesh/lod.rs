@@ -14,7 +14,7 @@ use belvedere_bake::{
     defect::Defect,
     glb::{self, GlbInput, lattice::Lattice},
     lod::{self, LodLevel, LodSettings, Measures, Method, OctreeSettings, Order, join},
-    source::{Material, Primitive, SourceModel, SourceScene, Topology},
+    source::{Primitive, SourceModel, SourceScene, Topology},
 };
 use belvedere_scene::{
     Bounds,
@@ -152,7 +152,6 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     let (mut scene, defects) = super::read_scene(&args.file)?;
     let joined = if args.no_join { 0 } else { join::join(&mut scene) };
     scene.models.iter().try_for_each(super::ensure_in_reach)?;
-    let double_sided = |(index, material): (usize, &Material)| material.double_sided.then_some(index);
     let settings = LodSettings {
         method: args.method,
         octree: args.octree.into(),
@@ -166,9 +165,9 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
             LodSettings::default().dominated
         },
         coarsest_shapes: COARSEST_SHAPES,
-        double_sided: scene.materials.iter().enumerate().filter_map(double_sided).collect(),
         ..LodSettings::default()
-    };
+    }
+    .for_materials(&scene.materials);
     let tangent = 2.0 * (args.view_angle.to_radians() / 2.0).tan();
     let pictures = Pictures(&scene);
     if let Some(folder) = &args.output {

@@ -1,10 +1,12 @@
 //! Which mesh has so many shapes and is nearest to the source?
 //!
-//! Asks the octree, the quadric generator, or both, and measures what they give. The error is the same true bound for
-//! either, and it is what clients switch levels by: so the smaller one wins.
+//! Asks the octree, the quadric generator, or both, and measures what they give. The error is the same for either, a true bound of
+//! distances or, where that is more, how far off is what is painted ([`Looks`]), and it is what clients switch levels by: so the
+//! smaller one wins.
 
 use crate::lod::collapse::{Collapsed, SourceShapes};
 use crate::lod::error::{hausdorff_bound, hausdorff_bound_of};
+use crate::lod::looks::Looks;
 use crate::lod::octree::{Locked, Octree};
 use crate::lod::proximity::ShapeTree;
 use crate::lod::quadric::QuadricSource;
@@ -20,6 +22,8 @@ pub struct Generator<'a> {
     shapes: SourceShapes<'a>,
     /// Made when something is first measured.
     source: Option<ShapeTree>,
+    /// Nothing where all of it looks alike.
+    looks: Option<Looks<'a>>,
     quadric: Option<QuadricSource<'a>>,
     /// Lines and points, which the quadric generator leaves alone.
     thin: Option<Thin>,
@@ -39,6 +43,7 @@ impl<'a> Generator<'a> {
             thin: has_quadric.then(|| Thin::of(model, &locked, settings)).flatten(),
             reduction: None,
             source: None,
+            looks: Looks::of(&model.primitives, &settings.pictured),
             model,
             settings,
             locked,
@@ -65,9 +70,11 @@ impl<'a> Generator<'a> {
         let source = self.source.get_or_insert_with(|| ShapeTree::of(&self.model.primitives));
         let limits = self.settings.error_limits;
         let made = self.model.coarser.iter();
+        let looks = self.looks.as_ref();
         let measured = made.map(|primitives| {
-            let error = hausdorff_bound_of(source, &ShapeTree::of(primitives), limits);
-            LodLevel::new(primitives.clone(), error)
+            let distance = hausdorff_bound_of(source, &ShapeTree::of(primitives), limits);
+            let off = looks.map_or(0.0, |looks| looks.error_of(primitives));
+            LodLevel::new(primitives.clone(), distance.max(off))
         });
         measured.filter(|level| level.geometric_error.is_finite()).collect()
     }
@@ -107,8 +114,13 @@ impl<'a> Generator<'a> {
         let source = self.source.get_or_insert_with(|| ShapeTree::of(&self.model.primitives));
         let level = ShapeTree::of(&mesh.primitives);
         let limits = self.settings.error_limits;
-        let error = hausdorff_bound(source, &level, &mesh.origins, limits, of_interest)?;
-        Some(LodLevel::new(mesh.primitives, error))
+        let distance = hausdorff_bound(source, &level, &mesh.origins, limits, of_interest)?;
+        let off = self
+            .looks
+            .as_ref()
+            .map_or(0.0, |looks| looks.error_of(&mesh.primitives));
+        let error = distance.max(off);
+        (error < of_interest).then(|| LodLevel::new(mesh.primitives, error))
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! A [`LodChain`] is a row of ever coarser meshes of one model. Level 0 is the source itself, triangle for triangle and
 //! bit for bit. Every other level states a *true* error: no point of the source surface is farther from the level's
-//! surface, nor the reverse (an upper bound of the two-sided Hausdorff distance, in model-space units, see [`mod@error`]).
+//! surface, nor the reverse (an upper bound of the two-sided Hausdorff distance, in model-space units, see [`mod@error`]). It is larger
+//! where materials, pictures or colours are farther off than that ([`looks`]).
 //! From the error, `belvedere_scene::object::switch_distance_m` makes a switching distance.
 //!
 //! * `octree` over `representative` and `ancestry`, and `reduction`: Schmalstieg, *The Remote Rendering Pipeline* (1997), §6.2: which
@@ -12,7 +13,7 @@
 //! * `cube`: the box of a model, for both.
 //! * `generate`: a mesh for each number of shapes, by one of the two or by whichever is nearer to the source. What an
 //!   author made coarser is measured like these, and taken where nothing that takes fewer bytes is as near.
-//! * `error` over `proximity`: how far the result is from the source.
+//! * `error` over `proximity`: how far the result is from the source; `looks`: how far off is what is painted on it.
 //! * `rounding`: what is drawn of it on the lattice on which it is published.
 //! * `join` and `clean`: what to do before (thesis, §6.4) and instead (§6.5).
 
@@ -25,6 +26,7 @@ mod equal;
 pub mod error;
 pub mod generate;
 pub mod join;
+mod looks;
 #[cfg(test)]
 mod method_tests;
 pub(crate) mod octree;
@@ -46,7 +48,7 @@ use std::str::FromStr;
 
 use crate::lod::error::HausdorffLimits;
 use crate::lod::generate::Generator;
-use crate::source::{Primitive, SourceModel, Topology};
+use crate::source::{Material, Primitive, SourceModel, Topology};
 
 pub use crate::lod::clean::clean;
 pub use crate::lod::octree::{OctreeSettings, Order};
@@ -65,7 +67,8 @@ pub struct LodChain {
 pub struct LodLevel {
     /// Its geometry; materials as in the source. Triangles that collapsed to lines stand in primitives of their own.
     pub primitives: Vec<Primitive>,
-    /// Upper bound of the two-sided Hausdorff distance to the source, in model-space units; 0 for level 0.
+    /// Upper bound of the two-sided Hausdorff distance to the source or, where that is more, how far off is what is painted on it, in
+    /// model-space units; 0 for level 0.
     pub geometric_error: f64,
     /// Triangles in it.
     pub triangles: u64,
@@ -128,8 +131,26 @@ pub struct LodSettings {
     /// Materials that are drawn from both sides: of two triangles with the same corners and opposite winding one is
     /// enough.
     pub double_sided: BTreeSet<usize>,
+    /// Materials that show pictures, so that texture coordinates count.
+    pub pictured: BTreeSet<usize>,
     /// When the error measure is content.
     pub error_limits: HausdorffLimits,
+}
+
+impl LodSettings {
+    /// The same for a scene of these materials.
+    #[must_use]
+    pub fn for_materials(self, materials: &[Material]) -> Self {
+        let which = |is: fn(&Material) -> bool| {
+            let chosen = materials.iter().enumerate().filter(|(_, material)| is(material));
+            chosen.map(|(index, _)| index).collect()
+        };
+        Self {
+            double_sided: which(|material| material.double_sided),
+            pictured: which(Material::shows_pictures),
+            ..self
+        }
+    }
 }
 
 impl Default for LodSettings {
@@ -144,6 +165,7 @@ impl Default for LodSettings {
             dominated: 1.1,
             coarsest_shapes: 50,
             double_sided: BTreeSet::new(),
+            pictured: BTreeSet::new(),
             error_limits: HausdorffLimits::default(),
         }
     }
