@@ -55,7 +55,7 @@ pub fn glance(
     // By place, so that a cell more elsewhere changes nothing here.
     let stream = |cell: usize| Random::stream(SEED, graph.cells[cell].digest_of_shape().number());
     let mut states: Vec<_> = (0..count)
-        .map(|cell| CellState::new(cell, count, stream(cell)))
+        .map(|cell| CellState::with_cells(cell, count, stream(cell)))
         .collect();
     // Cells reach into things, and who is inside sees out through all of them.
     let may_be = |eye: Vec3| !scenery.blocker.holds(eye);
@@ -82,8 +82,7 @@ pub fn glance(
         if progress.cancelled() {
             return Err(Cancelled);
         }
-        let into = (0..count).filter(|cell| state.cells[*cell]);
-        let near = into.flat_map(|cell| objects_in[cell].iter().copied());
+        let near = state.cells().flat_map(|into| objects_in[into as usize].iter().copied());
         let mut near: Vec<u32> = near.collect();
         near.sort_unstable();
         near.dedup();

@@ -1,26 +1,34 @@
 //! How is kept what was found for a cell? In the numbers of its surroundings, so that it is true wherever these are the
 //! same.
 
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{CellVisibility, SeenObject, look::Found, surroundings::Surroundings};
+use super::{
+    CellVisibility, SeenObject,
+    look::{Found, Looked},
+    sampler::Sighting,
+    surroundings::Surroundings,
+};
 
-/// [`Found`] in numbers of the surroundings; floats as their bits.
+/// [`Looked`] in numbers of the surroundings; floats as their bits.
 #[derive(Serialize, Deserialize)]
 struct Kept {
     /// Object, fraction, solid angle, doors.
     objects: Vec<(u32, u32, u32, Vec<u32>)>,
     open: Vec<(u32, Vec<u32>)>,
-    cells: Vec<u32>,
+    /// Object, eye, target.
+    sightings: Vec<(u32, [u32; 3], [u32; 3])>,
     miss_bound: u64,
     rays: u64,
 }
 
-/// Writes it. `None` when it names a cell outside the surroundings, which only rounding can bring about.
-pub(super) fn encode(found: &Found, surroundings: &Surroundings) -> Option<String> {
+/// Writes it. `None` when it names an object outside the surroundings, which only rounding can bring about.
+pub(super) fn encode(looked: &Looked, surroundings: &Surroundings) -> Option<String> {
+    let found = &looked.found;
     let number = |object: &u32| surroundings.number_of(*object);
     let numbers = |objects: &[u32]| objects.iter().map(number).collect::<Option<Vec<_>>>();
-    let cell = |cell: &u32| Some(surroundings.cells.binary_search(cell).ok()? as u32);
+    let bits = |place: Vec3| place.to_array().map(f32::to_bits);
     let objects = found.seen.objects.iter().map(|seen| {
         let doors = numbers(&seen.doors)?;
         Some((
@@ -34,10 +42,12 @@ pub(super) fn encode(found: &Found, surroundings: &Surroundings) -> Option<Strin
         .open
         .iter()
         .map(|(object, doors)| Some((number(object)?, numbers(doors)?)));
+    let sightings = looked.sightings.iter();
+    let sightings = sightings.map(|s| Some((number(&s.object)?, bits(s.eye), bits(s.target))));
     let kept = Kept {
         objects: objects.collect::<Option<_>>()?,
         open: open.collect::<Option<_>>()?,
-        cells: found.seen.cells.iter().map(cell).collect::<Option<_>>()?,
+        sightings: sightings.collect::<Option<_>>()?,
         miss_bound: found.seen.miss_bound.to_bits(),
         rays: found.seen.rays,
     };
@@ -45,11 +55,11 @@ pub(super) fn encode(found: &Found, surroundings: &Surroundings) -> Option<Strin
 }
 
 /// Reads it; `None` when it makes no sense, so that it is found anew.
-pub(super) fn decode(text: &str, surroundings: &Surroundings) -> Option<Found> {
+pub(super) fn decode(text: &str, surroundings: &Surroundings) -> Option<Looked> {
     let kept: Kept = serde_json::from_str(text).ok()?;
     let object = |number: &u32| surroundings.objects.get(*number as usize).copied();
     let objects = |numbers: &[u32]| numbers.iter().map(object).collect::<Option<Vec<_>>>();
-    let cell = |number: &u32| surroundings.cells.get(*number as usize).copied();
+    let place = |bits: [u32; 3]| Vec3::from(bits.map(f32::from_bits));
     let seen = kept.objects.iter().map(|(number, fraction, solid_angle, doors)| {
         Some(SeenObject {
             object: object(number)?,
@@ -62,14 +72,26 @@ pub(super) fn decode(text: &str, surroundings: &Surroundings) -> Option<Found> {
         .open
         .iter()
         .map(|(number, doors)| Some((object(number)?, objects(doors)?)));
-    Some(Found {
+    let sightings = kept.sightings.iter().map(|(number, eye, target)| {
+        Some(Sighting {
+            object: object(number)?,
+            eye: place(*eye),
+            target: place(*target),
+            triangle: None,
+        })
+    });
+    let found = Found {
         seen: CellVisibility {
             objects: seen.collect::<Option<_>>()?,
-            cells: kept.cells.iter().map(cell).collect::<Option<_>>()?,
+            cells: Vec::new(),
             miss_bound: f64::from_bits(kept.miss_bound),
             rays: kept.rays,
         },
         open: open.collect::<Option<_>>()?,
         remembered: true,
+    };
+    Some(Looked {
+        found,
+        sightings: sightings.collect::<Option<_>>()?,
     })
 }

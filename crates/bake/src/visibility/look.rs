@@ -4,8 +4,10 @@
 //! 2. What no ray has seen is proved hidden, where that can be proved, and looked for where not ([`Observer::visible_or_found`],
 //!    [`hunt()`]), harder where rays are all there is ([`chase()`]). What is left is neither seen nor hidden.
 //! 3. Doors are closed one by one ([`doors`]), and what was seen is measured ([`measure`]).
+//! 4. Which other cells it sees into is found last, along the sight lines that are known by then ([`Sampler::retrace`]).
 //!
-//! The answer is a function of the cell's [`Surroundings`] and the settings alone, so it can be remembered under their digest.
+//! All but the last is a function of the cell's [`Surroundings`] and the settings alone, so it can be remembered under their digest.
+//! Looking into other cells takes little, and is done anew each time: they may be cut otherwise.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +21,7 @@ use super::{
     measure::measure,
     narrow::Scout,
     random::Random,
-    sampler::{CellState, Sampler, Scratch},
+    sampler::{CellState, Sampler, Scratch, Sighting},
     sights::Sights,
     surface::Surface,
     surroundings::{Atlas, Surroundings},
@@ -31,12 +33,16 @@ use crate::{
 };
 
 /// Changes whenever the same surroundings would give another answer.
-const VERSION: usize = 23;
+const VERSION: usize = 24;
 
 /// Rays at an object before anybody tries to prove it hidden.
 const FIRST_LOOK: u32 = 48;
 /// Rays between two parts of a cell and an object that no proof separates.
 const LOOK: u32 = 4;
+/// This share of the rays that look around looks for other cells.
+const FOR_CELLS: u32 = 4;
+/// Added to the seed of rays that look for other cells.
+const CELLS_SEED: u64 = 0xCE11;
 
 /// What was found for one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +53,13 @@ pub(super) struct Found {
     pub(super) open: Vec<(u32, Vec<u32>)>,
     /// Whether it was found by an earlier bake.
     pub(super) remembered: bool,
+}
+
+/// What was found for one cell but for the cells that it sees into, and how.
+pub(super) struct Looked {
+    pub(super) found: Found,
+    /// A sight line to each object that rays have seen, in order of discovery.
+    pub(super) sightings: Vec<Sighting>,
 }
 
 /// Finds what each cell sees.
@@ -65,26 +78,30 @@ impl Looker<'_> {
     pub(super) fn see(&self, cell: usize, scratch: &mut Scratch) -> Found {
         let surroundings = self.atlas.around(cell, self.proofs);
         let key = self.key(&surroundings);
-        if let Some(found) = self
-            .memory
-            .recall(&key)
-            .and_then(|text| kept::decode(&text, &surroundings))
-        {
-            return Found {
-                remembered: !self.memory.is_of_this_bake(&key),
-                ..found
-            };
-        }
-        let found = self.look(
-            cell,
-            &surroundings,
-            Random::stream(self.sampled.seed, key.number()),
-            scratch,
-        );
-        if let Some(text) = kept::encode(&found, &surroundings) {
-            self.memory.keep(&key, &text);
-        }
-        found
+        scratch.meet_only(&surroundings.objects);
+        let kept = self.memory.recall(&key);
+        let known = kept.and_then(|text| kept::decode(&text, &surroundings));
+        let remembered = known.is_some() && !self.memory.is_of_this_bake(&key);
+        let Looked { mut found, sightings } = known.unwrap_or_else(|| {
+            let random = Random::stream(self.sampled.seed, key.number());
+            let looked = self.look(cell, &surroundings, random, scratch);
+            if let Some(text) = kept::encode(&looked, &surroundings) {
+                self.memory.keep(&key, &text);
+            }
+            looked
+        });
+        let random = Random::stream(self.sampled.seed.wrapping_add(CELLS_SEED), key.number());
+        found.seen.cells = self.cells_seen(cell, &sightings, random, scratch);
+        Found { remembered, ..found }
+    }
+
+    /// The cells that a cell sees into, rising, itself among them.
+    fn cells_seen(&self, cell: usize, sightings: &[Sighting], random: Random, scratch: &mut Scratch) -> Vec<u32> {
+        let mut state = CellState::with_cells(cell, self.sights.lookouts.len(), random);
+        let mut sampler = Sampler::new(self.sights, cell, &mut state, scratch);
+        sampler.retrace(self.sampled.rays_per_cell / FOR_CELLS, sightings);
+        drop(sampler);
+        state.cells().collect()
     }
 
     /// A digest of all that decides the answer.
@@ -96,10 +113,10 @@ impl Looker<'_> {
         digester.finish()
     }
 
-    fn look(&self, cell: usize, surroundings: &Surroundings, random: Random, scratch: &mut Scratch) -> Found {
+    /// Looks from it; rays meet what is in the surroundings.
+    fn look(&self, cell: usize, surroundings: &Surroundings, random: Random, scratch: &mut Scratch) -> Looked {
         let eye = &self.atlas.eyes[cell];
-        scratch.meet_only(&surroundings.objects);
-        let mut state = CellState::new(cell, self.sights.lookouts.len(), random);
+        let mut state = CellState::new(random);
         let mut sampler = Sampler::new(self.sights, cell, &mut state, scratch);
         let uniform = sampler.look_around(self.sampled.rays_per_cell);
         let known: Vec<u32> = sampler
@@ -136,16 +153,19 @@ impl Looker<'_> {
         objects.sort_by(SeenObject::order);
         let not_hidden = not_hidden.iter().map(|number| surroundings.objects[*number as usize]);
         let open = not_hidden.filter(|object| !sightings.contains_key(object));
-        let cells = (0u32..).zip(&state.cells).filter(|(_, passed)| **passed);
-        Found {
+        let found = Found {
             open: open.map(|object| (object, marker.doors_of(object, None))).collect(),
             seen: CellVisibility {
                 objects,
-                cells: cells.map(|(cell, _)| cell).collect(),
+                cells: Vec::new(),
                 miss_bound: uniform.miss_bound,
                 rays: state.rays,
             },
             remembered: false,
+        };
+        Looked {
+            found,
+            sightings: state.seen,
         }
     }
 }

@@ -20,11 +20,12 @@ pub type Rough = Vec<(Vec<u32>, Vec<u32>)>;
 pub fn rough(views: &Views<'_>, progress: &dyn Progress) -> Result<Rough, Cancelled> {
     let count = views.graph.cells.len();
     progress.start(Stage::Preview, count as u64);
+    let scenery = views.atlas.with_cells();
     let glimpse = |cell: usize| {
         if progress.cancelled() {
             return Err(Cancelled);
         }
-        let found = views.atlas.not_hidden(cell, METHOD.proofs());
+        let found = views.atlas.not_hidden(&scenery, cell, METHOD.proofs());
         progress.advance(1);
         Ok(found)
     };

@@ -34,7 +34,8 @@ pub(super) struct Sighting {
     pub(super) object: u32,
     pub(super) eye: Vec3,
     pub(super) target: Vec3,
-    triangle: Option<u32>,
+    /// The triangle that a ray met there, where it did.
+    pub(super) triangle: Option<u32>,
 }
 
 /// What one cell knows so far.
@@ -42,20 +43,36 @@ pub(super) struct CellState {
     pub(super) random: Random,
     /// In order of discovery, each object once.
     pub(super) seen: Vec<Sighting>,
-    /// For each cell whether a sight line passes through.
+    /// For each cell whether a sight line passes through; nothing where nobody asks.
     pub(super) cells: Vec<bool>,
     pub(super) rays: u64,
 }
 
 impl CellState {
-    /// Knows nothing but itself.
-    pub(super) fn new(cell: usize, cells: usize, random: Random) -> Self {
+    /// Knows nothing, and asks for objects alone.
+    pub(super) fn new(random: Random) -> Self {
         Self {
             random,
             seen: Vec::new(),
-            cells: (0..cells).map(|other| other == cell).collect(),
+            cells: Vec::new(),
             rays: 0,
         }
+    }
+
+    /// Knows nothing but itself, and asks which of so many cells it sees into.
+    pub(super) fn with_cells(cell: usize, cells: usize, random: Random) -> Self {
+        Self {
+            cells: (0..cells).map(|other| other == cell).collect(),
+            ..Self::new(random)
+        }
+    }
+
+    /// The cells that it sees into, rising.
+    pub(super) fn cells(&self) -> impl Iterator<Item = u32> {
+        (0u32..)
+            .zip(&self.cells)
+            .filter(|(_, passed)| **passed)
+            .map(|(cell, _)| cell)
     }
 }
 
@@ -190,18 +207,39 @@ impl<'a> Sampler<'a> {
         end
     }
 
-    /// Casts one ray and marks the cells that it passes.
-    fn explore(&mut self, eye: Vec3, direction: Vec3) -> Option<Hit> {
+    /// Casts one ray and marks the cells that it passes, where somebody asks for them.
+    fn explore(&mut self, eye: Vec3, direction: Vec3) {
         let end = self.shoot(eye, direction);
-        let reach = end.map_or(f32::MAX, |hit| hit.t);
-        self.sights.mark(eye, direction, reach, &mut self.state.cells);
-        end
+        if !self.state.cells.is_empty() {
+            let reach = end.map_or(f32::MAX, |hit| hit.t);
+            self.sights.mark(eye, direction, reach, &mut self.state.cells);
+        }
     }
 
     fn explore_towards(&mut self, eye: Vec3, target: Vec3) {
         if let Some(direction) = (target - eye).try_normalize() {
             self.explore(eye, direction);
         }
+    }
+
+    /// Casts so many rays that are uniform in place and direction, then some along known sight lines and beside them, as if these had
+    /// just been discovered.
+    pub(super) fn retrace(&mut self, rays: u32, known: &[Sighting]) {
+        let lookout = self.lookout();
+        for _ in 0..rays {
+            let eye = lookout.uniform(&mut self.state.random);
+            let direction = self.state.random.direction();
+            self.explore(eye, direction);
+        }
+        for sighting in known {
+            self.explore_towards(sighting.eye, sighting.target);
+            // What triangle it met is not kept.
+            self.note(Sighting {
+                triangle: None,
+                ..*sighting
+            });
+        }
+        self.follow();
     }
 
     /// Casts a ray at a place; `None` when there is no way to it.
@@ -235,14 +273,10 @@ impl<'a> Sampler<'a> {
         let lookout = self.lookout();
         let (mut rays, mut miss_bound) = (0, 1.0);
         while rays == 0 || (rays < most && miss_bound > FEW_UNSEEN) {
-            for i in 0..BATCH {
+            for _ in 0..BATCH {
                 let eye = lookout.uniform(&mut self.state.random);
                 let direction = self.state.random.direction();
-                let end = if i % 4 == 0 {
-                    self.explore(eye, direction)
-                } else {
-                    self.shoot(eye, direction)
-                };
+                let end = self.shoot(eye, direction);
                 // An object counts once for each ray.
                 let passed = &mut self.scratch.passed;
                 passed.extend(end);

@@ -1,14 +1,16 @@
 //! What of a world can matter to one cell?
 //!
-//! Objects and cells that a rough look proves hidden can neither be seen from a cell nor hide anything from it that is not
+//! Objects that a rough look proves hidden can neither be seen from a cell nor hide anything from it that is not
 //! hidden without them (Cohen-Or & Zadicario, *Visibility streaming for network-based walkthroughs*, 1998: occluded
 //! occluders are redundant). All questions about the cell are asked of what is left, and of nothing else: cost grows
 //! with what is visible instead of with the world, and the answer can be used again in every world in which what is left
-//! is the same, however much has changed behind it.
+//! is the same, however much has changed behind it and however the rest of it is cut into cells.
 //!
 //! A cell as wide as a house has little behind that house: shadows are cast by what is left of bodies when they shrink by half the
 //! extents of the eye. So the rough look is taken from parts of the cell (the paper's subcells, coarse to fine), of a size that
 //! is found by trying, and what is hidden from each of them is hidden from the cell.
+
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -39,19 +41,16 @@ pub(super) struct Atlas<'a> {
     pub(super) eyes: Vec<Region>,
     /// The box around each object.
     targets: Vec<Option<Region>>,
-    /// Bodies, and the boxes of objects, then of cells.
+    /// Bodies, and the boxes of objects.
     all: Scenery,
     objects: Vec<Digest>,
     cells: Vec<Digest>,
-    shapes: Vec<Digest>,
 }
 
 /// What can matter to one cell.
 pub(super) struct Surroundings {
     /// Objects, rising; their places here are their numbers in [`scenery`](Self::scenery).
     pub(super) objects: Vec<u32>,
-    /// Cells, rising, itself among them.
-    pub(super) cells: Vec<u32>,
     /// What hides here, and what it may hide.
     pub(super) scenery: Scenery,
     /// A digest of all this and of the cell.
@@ -70,30 +69,44 @@ impl<'a> Atlas<'a> {
     pub(super) fn of(world: &World, graph: &CellGraph, hiders: &'a Hiders<'a>) -> Self {
         let eyes: Vec<_> = graph.cells.iter().map(|cell| Region::of_cell(world, cell)).collect();
         let targets = Scenery::targets_of(world);
-        let cells = eyes.iter().map(|eye| Some(Region::of_box(eye.min, eye.max)));
-        let all = Scenery::new(hiders.found(), targets.iter().cloned().chain(cells).collect());
         Self {
             hiders,
             eyes,
-            all,
+            all: Scenery::new(hiders.found(), targets.clone()),
             objects: (0..targets.len() as u32)
                 .into_par_iter()
                 .map(|object| world.digest_of(object))
                 .collect(),
             targets,
             cells: graph.cells.iter().map(|cell| cell.digest()).collect(),
-            shapes: graph.cells.iter().map(|cell| cell.digest_of_shape()).collect(),
         }
     }
 
+    /// Bodies, and the boxes of objects, then of cells.
+    pub(super) fn with_cells(&self) -> Scenery {
+        let cells = self.eyes.iter().map(|eye| Some(Region::of_box(eye.min, eye.max)));
+        let targets = self.targets.iter().cloned().chain(cells).collect();
+        Scenery::behind(Arc::clone(&self.all.blocker), targets)
+    }
+
     /// Objects and cells, itself among them, that a rough look from a cell cannot prove hidden with these kinds of proof, both rising.
-    pub(super) fn not_hidden(&self, cell: usize, proofs: ConservativeSettings) -> (Vec<u32>, Vec<u32>) {
-        // One that knows nothing of other cells, so that they do not decide what is proved.
-        let mut observer = Observer::new(&self.all, proofs.rough());
-        let mut objects = from_parts(&mut observer, &self.eyes[cell]);
+    pub(super) fn not_hidden(
+        &self,
+        with_cells: &Scenery,
+        cell: usize,
+        proofs: ConservativeSettings,
+    ) -> (Vec<u32>, Vec<u32>) {
+        let mut objects = self.from_parts(with_cells, cell, proofs);
         let count = self.targets.len() as u32;
         let cells = objects.split_off(objects.partition_point(|number| *number < count));
         (objects, cells.into_iter().map(|number| number - count).collect())
+    }
+
+    /// What a rough look from some part of a cell cannot prove hidden, rising.
+    fn from_parts(&self, scenery: &Scenery, cell: usize, proofs: ConservativeSettings) -> Vec<u32> {
+        // One that knows nothing of other cells, so that they do not decide what is proved.
+        let mut observer = Observer::new(scenery, proofs.rough());
+        from_parts(&mut observer, &self.eyes[cell])
     }
 
     /// The solid angle of the box around an object from the middle of a cell, in steradians, above 0.
@@ -105,21 +118,17 @@ impl<'a> Atlas<'a> {
 
     /// The surroundings of a cell where only these kinds of proof count.
     pub(super) fn around(&self, cell: usize, proofs: ConservativeSettings) -> Surroundings {
-        let (objects, cells) = self.not_hidden(cell, proofs);
+        let objects = self.from_parts(&self.all, cell, proofs);
         let mut digester = Digester::default();
-        digester.add(self.cells[cell]).count(objects.len()).count(cells.len());
+        digester.add(self.cells[cell]).count(objects.len());
         for object in &objects {
             digester.add(self.objects[*object as usize]);
-        }
-        for cell in &cells {
-            digester.add(self.shapes[*cell as usize]);
         }
         let occluders = self.hiders.among(&objects, &mut digester);
         let targets = objects.iter().map(|object| self.targets[*object as usize].clone());
         Surroundings {
             scenery: Scenery::new(occluders, targets.collect()),
             objects,
-            cells,
             digest: digester.finish(),
         }
     }

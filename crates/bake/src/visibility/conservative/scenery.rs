@@ -1,5 +1,7 @@
 //! What is there to be seen, and what hides it, ready for questions?
 
+use std::sync::Arc;
+
 use obvhs::bvh2::Bvh2;
 
 use crate::{
@@ -14,7 +16,7 @@ const BELOW: f32 = 0.1;
 /// All objects as boxes, and what hides them.
 pub struct Scenery {
     /// What hides.
-    pub blocker: Blocker,
+    pub blocker: Arc<Blocker>,
     /// The box around each object; `None` for one without geometry, which nobody sees.
     pub targets: Vec<Option<Region>>,
     pub(super) tree: Bvh2,
@@ -49,19 +51,25 @@ impl Scenery {
     /// Prepares occluders, whose bodies stand in the order of their objects, and the boxes of objects.
     #[must_use]
     pub fn new(occluders: Occluders, targets: Vec<Option<Region>>) -> Self {
+        Self::behind(Arc::new(Blocker::new(occluders)), targets)
+    }
+
+    /// Prepares the boxes of objects, which are numbered as in what hides.
+    pub(in crate::visibility) fn behind(blocker: Arc<Blocker>, targets: Vec<Option<Region>>) -> Self {
+        let bodies = &blocker.occluders.bodies;
         let with_geometry = (0u32..)
             .zip(&targets)
             .filter_map(|(object, t)| Some((object, t.as_ref()?)));
         let tree = segment::numbered_tree(with_geometry.map(|(object, t)| (object, [t.min, t.max])), 0.0);
         let bodies_of = (0..targets.len() as u32)
             .map(|object| {
-                let first = occluders.bodies.partition_point(|b| b.object < object) as u32;
-                let end = occluders.bodies.partition_point(|b| b.object <= object) as u32;
+                let first = bodies.partition_point(|b| b.object < object) as u32;
+                let end = bodies.partition_point(|b| b.object <= object) as u32;
                 first..end
             })
             .collect();
         Self {
-            blocker: Blocker::new(occluders),
+            blocker,
             floor_m: floor_m(&targets),
             targets,
             tree,
