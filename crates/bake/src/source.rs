@@ -10,6 +10,7 @@ use belvedere_scene::Bounds;
 use belvedere_scene::impostor::Wish;
 use belvedere_scene::procedural::{DcgError, Recipe};
 use glam::{DMat3, DMat4, DVec3};
+use rayon::prelude::*;
 
 use crate::growable::Tie;
 
@@ -271,6 +272,23 @@ impl SourceScene {
         let of_model = |model: &SourceModel| 12 * vertices(model) as u64 + 6 * model.triangle_count() as u64;
         let of_models: Vec<u64> = self.models.iter().map(of_model).collect();
         self.objects.iter().map(|object| of_models[object.model]).sum()
+    }
+
+    /// The box around all objects, as tight as their points are known.
+    #[must_use]
+    pub fn exact_bounds(&self) -> Bounds {
+        let of_object = |object: &SourceObject| {
+            let primitives = self.models[object.model].primitives.iter();
+            let points = primitives.flat_map(|primitive| &primitive.positions);
+            let placed = points.map(|point| {
+                object
+                    .world_from_object
+                    .transform_point3(DVec3::from(point.map(f64::from)))
+            });
+            Bounds::around(placed.map(|point| point.to_array()))
+        };
+        let boxes = self.objects.par_iter().map(of_object);
+        boxes.reduce(|| Bounds::EMPTY, |a, b| a.union(&b))
     }
 
     /// A box that holds all objects: around the boxes of their models as they stand.
