@@ -29,7 +29,7 @@ fn a_mark_on_nothing_is_told_with_its_place() {
             "line 3, column 1: `door:d`",
         ),
         (
-            "for h in [3, 0, 5] called \"cell:a\" move(2 * h, 0, 0) box(1, h, 1)",
+            "for h in [3, 0, 5] called \"cell:a\" move(2 * h, 0, 0) box(h, h, 1)",
             "line 3, column 20: `cell:a`, 1 of 3 times",
         ),
         (
