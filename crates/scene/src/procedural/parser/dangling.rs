@@ -70,9 +70,9 @@ fn is_value(words: &[Token]) -> bool {
     let begins = |word: &&str| {
         *word == "then" || STATEMENTS.contains(word) || DECLARATIONS.contains(word) || SolidKind::named(word).is_some()
     };
-    let names = words.iter().skip(1).filter_map(|word| match word.kind {
+    let mut names = words.iter().skip(1).filter_map(|word| match word.kind {
         Kind::Name(name) => Some(name),
         _ => None,
     });
-    names.filter(|name| begins(&name)).next() == Some("then")
+    names.find(|name| begins(name)) == Some("then")
 }
