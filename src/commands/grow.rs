@@ -43,7 +43,7 @@ pub(super) struct Args {
     /// Grow no triangle: find a box that holds the model, parts that say `within` taken by their word
     #[arg(long, conflicts_with = "output")]
     bounds: bool,
-    /// Print the report as JSON; of a model without triangles, glTF files and boxes, `bounds` is null
+    /// Print the report as JSON; of a model in which nothing is drawn, `bounds` is null
     #[arg(long)]
     json: bool,
 }
@@ -62,9 +62,8 @@ pub(super) struct Report {
     own_triangles: u64,
     /// Those of the stored ones that have no area and are left out of what is written.
     without_area: u64,
-    /// A box that holds the model, what it has for the bake alone included; null where nothing is held.
+    /// The box around the objects, those of placed glTF files too; null where there are none. And its edges, metres.
     bounds: Option<Bounds>,
-    /// Edges of a box around the objects, metres.
     size_m: [f64; 3],
     /// Cells, portals and occluders: no objects.
     shapes: usize,
@@ -163,7 +162,7 @@ pub(super) fn refusal(scene: &SourceScene) -> Option<String> {
     Some(format!("a bake would refuse it: {refusal}"))
 }
 
-/// A box that holds what is not grown, and what it took to find it.
+/// A box that holds what is not grown, what is for the bake alone too, and what it took to find it.
 #[derive(Debug, Serialize)]
 struct Found {
     /// Null where nothing is held.
@@ -207,14 +206,6 @@ fn holding(bounds: Bounds) -> Option<Bounds> {
     (!bounds.is_empty()).then_some(bounds)
 }
 
-/// What two boxes that both hold something have in common, which holds it too.
-fn common(a: &Bounds, b: &Bounds) -> Bounds {
-    Bounds {
-        min: std::array::from_fn(|axis| a.min[axis].max(b.min[axis])),
-        max: std::array::from_fn(|axis| a.max[axis].min(b.max[axis])),
-    }
-}
-
 impl Report {
     /// The report of what grew in this time.
     pub(super) fn of(growth: &Growth, settings: &Settings, time: Duration) -> Self {
@@ -224,6 +215,7 @@ impl Report {
         let usage = grown.usage.of(&settings.limits);
         let placed = scene.placed_triangles();
         let authored = &scene.authored;
+        let bounds = scene.exact_bounds();
         Self {
             rule_bytes: program.files().map(|(_, text)| text.len()).sum(),
             explicit_bytes: growth.explicit_bytes,
@@ -232,8 +224,8 @@ impl Report {
             triangles: placed as u64,
             own_triangles: grown.usage.triangles,
             without_area: growth.without_area(),
-            bounds: holding(grown.parts[0].bounds),
-            size_m: common(&scene.bounds(), &grown.parts[0].bounds).size_m(),
+            bounds: holding(bounds),
+            size_m: bounds.size_m(),
             shapes: authored.cells.len() + authored.portals.len() + authored.occluders.len(),
             parameters: program.parameters().map(str::to_owned).collect(),
             parameters_told: program.parameters_told().collect(),

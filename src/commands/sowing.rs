@@ -158,7 +158,7 @@ fn place_in(value: &str, cause: &serde_json::Error) -> String {
 const MOST_SHOWN: usize = 120;
 
 /// The beginning of what may be long, without what a terminal would take for an order.
-fn beginning(value: &str) -> String {
+pub(super) fn beginning(value: &str) -> String {
     let mut letters = value.chars();
     let shown: String = letters
         .by_ref()

@@ -175,15 +175,21 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
         let wanted = "long.dcg, line 1, column 1: more than 1048576 bytes of text; make it smaller";
         assert!(error.contains(wanted), "{error}");
     }
-    let long = format!("size={}", "x".repeat(100_000));
-    assert!(text(&data.run(&["grow", &file, "--set", &long]).stderr).len() < 600);
-    let prism = data.write("prism.dcg", "parameter fp = [[0, 0], [4, 0], [0, 3]]\nprism(fp, 2)");
-    let error = data.fails(&["grow", prism.to_str().expect("UTF-8"), "--set", "fp=4"]);
-    assert!(
-        error.contains("prism.dcg, line 2, column 7: ")
-            && error.contains("`fp` was given a number, and its default is a list"),
-        "{error}"
-    );
+    let [name, value] = ["x".repeat(100_000), format!("size={}", "x".repeat(100_000))];
+    let prism = data.write("prism.dcg", "parameter fp = [[0, 0], [4, 0], [0, 3]] prism(fp, 2)");
+    let prism = prism.to_str().expect("UTF-8");
+    for command in [&["grow"][..], &["inspect"], &["bake", "--scene", "prism"]] {
+        for long in [&value, &format!("{name}=3")] {
+            let said = text(&data.run(&[command, &[&file, "--set", long]].concat()).stderr);
+            assert!(said.contains("xxx…") && said.len() < 600, "{said}");
+        }
+        let error = data.fails(&[command, &[prism, "--set", "fp=4"]].concat());
+        assert!(
+            error.contains("prism.dcg, line 1, column 47: ")
+                && error.contains("`fp` was given a number, and its default is a list"),
+            "{error}"
+        );
+    }
     let dice = data.write("dice.dcg", "parameter size = 4\nbox(size, 1 + detail, random(1, 2))");
     let dice = dice.to_str().expect("UTF-8");
     let size_m = |given: &[&str]| -> [f64; 3] {
@@ -254,7 +260,93 @@ fn cells_that_a_bake_refuses_are_told_by_grow_and_inspect_too() {
                 .is_some_and(|told| told.contains("is not convex")),
             "{report}"
         );
+        assert_eq!(report["growth"].get("refused"), None, "told once");
     }
+}
+
+#[test]
+fn marks_on_nothing_are_told_with_their_place() {
+    let data = Data::new();
+    let file = data.write("hall.dcg", "box(1, 1, 1)\n  called \"cell:hall\" { } box(4, 3, 4)");
+    let file = file.to_str().expect("UTF-8");
+    let wanted = "`door:` without geometry: not used; ";
+    for command in ["grow", "inspect"] {
+        let said = data.ok(&[command, file]);
+        assert!(
+            said.contains(wanted) && said.contains("(first: hall.dcg, line 2, column 3: `cell:hall`)"),
+            "{said}"
+        );
+    }
+    let report = data.bake(std::path::Path::new(file), "hall");
+    let defects = report["defects"].as_array().expect("a list").iter();
+    let told = defects.filter(|defect| defect["first"] == "hall.dcg, line 2, column 3: `cell:hall`");
+    assert_eq!(told.count(), 1, "{report}");
+}
+
+#[test]
+fn what_is_for_the_bake_alone_is_not_in_the_box_around_what_is_drawn() {
+    let data = Data::new();
+    let text = "turn(45) box(2, 1, 2) called \"cell:hall\" move(0, 0, 20) box(4, 3, 4)";
+    let hall = data.write("hall.dcg", text);
+    let report: Value =
+        serde_json::from_str(&data.ok(&["grow", hall.to_str().expect("UTF-8"), "--json"])).expect("JSON");
+    let told = |place: &str| report.pointer(place).and_then(Value::as_f64).expect("a number");
+    let half = 2.0_f64.sqrt();
+    assert!(
+        (told("/bounds/max/2") - half).abs() < 1e-6 && (told("/size_m/0") - 2.0 * half).abs() < 1e-6,
+        "{report}"
+    );
+    assert_eq!(report["shapes"], 1);
+}
+
+#[test]
+fn doors_that_close_nothing_are_told() {
+    let data = Data::new();
+    let idle = |name: &str, text: &str| -> Vec<(String, String)> {
+        let report = data.bake(&data.write(&format!("{name}.dcg"), text), name);
+        let defects = report["defects"].as_array().cloned().unwrap_or_default();
+        let told = |defect: &Value, member: &str| defect[member].as_str().unwrap_or_default().to_owned();
+        let defects = defects
+            .iter()
+            .map(|defect| (told(defect, "kind"), told(defect, "first")));
+        defects.filter(|(kind, _)| kind.starts_with("door that ")).collect()
+    };
+    let rooms = |leaf: &str| {
+        format!(
+            "part leaf() {{ move(0.5, 0, 0) box(1, 2, 0.06) }}
+             move(0, -0.1, 0) box(8, 0.1, 8) move(-1, 0, 2) box(0.4, 0.4, 0.4)
+             called \"cell:a\" move(0, 0, -2) box(4, 3, 4)
+             called \"cell:b\" move(0, 0, 2) box(4, 3, 4)
+             called \"portal:p\" polygon([[-0.5, 0, 0], [0.5, 0, 0], [0.5, 2, 0], [-0.5, 2, 0]])
+             move(-0.5, 0, 0) called \"door:front\" {leaf} leaf()"
+        )
+    };
+    assert_eq!(idle("shut", &rooms("")), []);
+    for (name, leaf, wanted, middle) in [
+        (
+            "open",
+            "turn(-90)",
+            "its leaf covers no opening",
+            "-0.500, 1.000, 0.500",
+        ),
+        (
+            "half",
+            "scale(0.5, 1, 1)",
+            "its leaf covers only a part",
+            "-0.250, 1.000, 0.000",
+        ),
+    ] {
+        let told = idle(name, &rooms(leaf));
+        assert!(
+            told.len() == 1 && told[0].0.contains(wanted) && told[0].1 == format!("door:front at {middle}"),
+            "{told:?}"
+        );
+    }
+    let lone = idle(
+        "lone",
+        "move(0, -0.1, 0) box(8, 0.1, 8) called \"door:lone\" turn(30) box(1, 2, 0.06)",
+    );
+    assert!(lone.len() == 1 && lone[0].0.contains("hides nothing"), "{lone:?}");
 }
 
 #[test]

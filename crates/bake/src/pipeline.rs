@@ -1,5 +1,7 @@
 //! In which order do the stages run? The whole bake as one function of an imported scene.
 
+use std::collections::BTreeSet;
+
 use belvedere_scene::Bounds;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -148,6 +150,10 @@ pub fn bake(
         graph: &graph,
     };
     note_passed(&vouched, &drawn, frame, defects);
+    let is_drawn = !scene.authored.cells.is_empty();
+    if is_drawn {
+        note_doors_of_no_portal((&world, &graph), &scene, defects);
+    }
     progress.expect(Stage::Visibility, graph.cells.len() as u64);
     unturned.put_back(&mut scene);
     let views = Views::of(&world, &graph, &hiders);
@@ -158,7 +164,6 @@ pub fn bake(
     };
     let lod = settings.lod.clone().for_materials(&scene.materials);
     let foliage = foliage::of(&scene);
-    let is_drawn = !scene.authored.cells.is_empty();
     let mut models = Models::write(&scene, &lod, host.sink, progress)?;
     let write = |models: &Models<'_>, placed: &CellGraph, mut visibility: Visibility| {
         visibility.reason = format!(
@@ -204,6 +209,9 @@ pub fn bake(
     models.add_smooth(&lod, host.sink, progress)?;
     models.add_impostors(host.sink, progress)?;
     let visibility = visibility::compute(&views, &settings.visibility, &memory, progress)?;
+    if !is_drawn {
+        note_doors_without_use((&world, &graph, frame), (&scene, &visibility), defects);
+    }
     write(&models, &placed, visibility)
 }
 
@@ -251,6 +259,54 @@ fn note_leaky_doors(scenery: &Scenery, scene: &SourceScene, defects: &mut Defect
     let kind = "door seen through when closed, for glass, holes, culled backs or a slanted outline: hides only where it is surely opaque";
     let node = |door: u32| scene.objects[door as usize].source_node.clone();
     defects.name(kind, leaky.map(node));
+}
+
+/// Notes doors that no portal names where the author has drawn what there is to close.
+fn note_doors_of_no_portal((world, graph): (&World, &CellGraph), scene: &SourceScene, defects: &mut Defects) {
+    let idle = graph.idle_doors(world);
+    let (partial, elsewhere): (Vec<_>, Vec<_>) = idle.into_iter().partition(|(_, lies_in_one)| *lies_in_one);
+    for (kind, doors) in [
+        (
+            "door that no portal names, for its leaf covers only a part of an opening between the author's cells: make it cover all of that, \
+             or draw a `portal:` that it covers",
+            partial,
+        ),
+        (
+            "door that no portal names, for its leaf covers no opening between the author's cells as it stands: hides only what it covers \
+             there; to close an opening, draw it as it stands when it is closed",
+            elsewhere,
+        ),
+    ] {
+        let first = || doors[0].0;
+        defects.note(kind, doors.len() as u64, || {
+            placed_door(scene, (world, Frame::SOURCE), first())
+        });
+    }
+}
+
+/// Notes doors that are of no use where the bake has found what there is to close: none of its openings names them, and nothing is hidden
+/// by them when they are closed.
+fn note_doors_without_use(
+    (world, graph, frame): (&World, &CellGraph, Frame),
+    (scene, visibility): (&SourceScene, &Visibility),
+    defects: &mut Defects,
+) {
+    let seen = visibility.cells.iter().flat_map(|cell| &cell.objects);
+    let hiding: BTreeSet<u32> = seen.flat_map(|seen| seen.doors.iter().copied()).collect();
+    let idle = graph.idle_doors(world).into_iter().map(|(door, _)| door);
+    let useless: Vec<u32> = idle.filter(|door| !hiding.contains(door)).collect();
+    let kind = "door that hides nothing when it is closed, and covers no opening that was found between cells as it stands: to close an \
+                opening, draw it as it stands when it is closed, over all of that";
+    defects.note(kind, useless.len() as u64, || {
+        placed_door(scene, (world, frame), useless[0])
+    });
+}
+
+/// A door by its name, with the middle of its leaf.
+fn placed_door(scene: &SourceScene, (world, frame): (&World, Frame), door: u32) -> String {
+    let middle = world.object_bounds()[door as usize].center();
+    let [x, y, z] = frame.leave(DVec3::from(middle)).to_array();
+    format!("{} at {x:.3}, {y:.3}, {z:.3}", scene.objects[door as usize].source_node)
 }
 
 /// Notes the author's occluders that hide what can be seen.

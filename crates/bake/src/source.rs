@@ -287,14 +287,27 @@ impl SourceScene {
         self.objects.iter().map(|object| of_models[object.model]).sum()
     }
 
+    /// The box around all objects, as tight as their points are known. Each point is looked at only of objects that reach beyond those
+    /// before them.
+    #[must_use]
+    pub fn exact_bounds(&self) -> Bounds {
+        let of_models: Vec<Bounds> = self.models.iter().map(|model| Bounds::around(points(model))).collect();
+        let mut all = Bounds::EMPTY;
+        for object in &self.objects {
+            let matrix = &object.world_from_object;
+            let world = |point: [f64; 3]| matrix.transform_point3(DVec3::from_array(point)).to_array();
+            let own = &of_models[object.model];
+            if !own.is_empty() && all.union(&Bounds::around(own.corners().map(world))) != all {
+                all = all.union(&Bounds::around(points(&self.models[object.model]).map(world)));
+            }
+        }
+        all
+    }
+
     /// A box that holds all objects: around the boxes of their models as they stand.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
-        let of_model = |model: &SourceModel| {
-            let positions = model.primitives.iter().flat_map(|primitive| &primitive.positions);
-            Bounds::around(positions.map(|position| position.map(f64::from)))
-        };
-        let of_models: Vec<Bounds> = self.models.iter().map(of_model).collect();
+        let of_models: Vec<Bounds> = self.models.iter().map(|model| Bounds::around(points(model))).collect();
         let mut all = Bounds::EMPTY;
         for object in &self.objects {
             let world = |corner| {
@@ -310,6 +323,12 @@ impl SourceScene {
         }
         all
     }
+}
+
+/// The points of a model, in its own space.
+fn points(model: &SourceModel) -> impl Iterator<Item = [f64; 3]> {
+    let positions = model.primitives.iter().flat_map(|primitive| &primitive.positions);
+    positions.map(|position| position.map(f64::from))
 }
 
 impl SourceObject {

@@ -52,7 +52,7 @@ pub(super) fn inspect(file: &Path, given: GrowthArgs, json: bool) -> anyhow::Res
         limits: &limits,
         progress: &Growing::new(),
     };
-    let (imported, growth) = if import::is_rules(&name) {
+    let (imported, mut growth) = if import::is_rules(&name) {
         let settings = given.try_into()?;
         let started = Instant::now();
         let growth = plant(&name, bytes_read, &settings, ground)
@@ -67,8 +67,9 @@ pub(super) fn inspect(file: &Path, given: GrowthArgs, json: bool) -> anyhow::Res
         (imported.with_context(|| format!("cannot import {name}"))?, None)
     };
     let scene = &imported.scene;
-    let refused = match &growth {
-        Some(growth) => growth.refused.clone(),
+    // Told once, of rules as of any other file.
+    let refused = match &mut growth {
+        Some(growth) => growth.refused.take(),
         None => grow::refusal(scene),
     };
     let report = FileReport {
@@ -99,7 +100,8 @@ pub(super) fn inspect(file: &Path, given: GrowthArgs, json: bool) -> anyhow::Res
     ))?;
     if let Some(growth) = &report.growth {
         print(&growth.sentences(&name))?;
-    } else if let Some(refused) = &report.refused {
+    }
+    if let Some(refused) = &report.refused {
         print(&format!("  {refused}"))?;
     }
     if let Some(told) = report.growable.sentence() {

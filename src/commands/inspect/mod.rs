@@ -20,7 +20,7 @@ use serde::Serialize;
 use self::{places::Places, which::Which};
 use super::{
     output::{bytes, no_such_cell, percent, print, print_json, table},
-    sowing::{GrowthArgs, refuse_given},
+    sowing::{GrowthArgs, beginning, refuse_given},
 };
 use crate::{
     place::PlaceArgs,
@@ -57,11 +57,11 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
         );
         return file::inspect(file, args.growth, args.json);
     }
-    refuse_given(&args.growth, &format!("{} is a published scene", args.what))?;
+    refuse_given(&args.growth, &format!("{} is a published scene", beginning(&args.what)))?;
     let name: SceneName = args
         .what
         .parse()
-        .with_context(|| format!("`{}` is neither a file nor the name of a scene", args.what))?;
+        .with_context(|| format!("`{}` is neither a file nor the name of a scene", beginning(&args.what)))?;
     let data = DataFolder::open_existing(&args.place).await?;
     let baked = data.baked(&name).await?;
     let scene = Opened {

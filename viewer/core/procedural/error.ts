@@ -38,23 +38,28 @@ export class DcgError extends Error {
     readonly file: string,
     readonly line: number,
     readonly column: number,
-    /** The line, without the spaces around it. */
+    /** The line, without the spaces around it; of a long one what is around the place. */
     readonly text: string,
+    /** How many characters of it stand before the place, where it is not the whole line. */
+    readonly mark: number | undefined,
     readonly problem: string,
+    /** Whether a value is of another kind than it must be: perhaps a number in place of a list, or a list in place of a number. */
+    readonly isOfKind: boolean,
   ) {
     const place = line === 0 ? "" : `${file}, line ${line}, column ${column}: `;
-    super(printable(place + problem) + (text ? `\n    ${printable(text)}` : ""));
+    const shown = text ? `\n    ${printable(text)}` : "";
+    super(printable(place + problem) + shown + (mark === undefined ? "" : `\n    ${markBelow(text, mark)}`));
   }
 
   /** An error in what a file was given, which says itself which file that is. */
   static ofWhole(file: string, problem: string): DcgError {
-    return new DcgError(file, 0, 0, "", problem);
+    return new DcgError(file, 0, 0, "", undefined, problem, false);
   }
 
-  static at(file: string, whole: string, place: number, problem: string): DcgError {
+  static at(file: string, whole: string, place: number, problem: string, isOfKind = false): DcgError {
     const { line, column, text } = placeOf(whole, place);
-    const shown = [...text.replace(/^[ \t]+|[ \t]+$/g, "")].slice(0, MOST_SHOWN).join("");
-    return new DcgError(file, line, column, shown, problem);
+    const { shown, mark } = excerpt(text, column);
+    return new DcgError(file, line, column, shown, mark, problem, isOfKind);
   }
 
   /** Notes a call in which it happened, unless that is the place which was named last, as where a recursion has no end. */
@@ -73,8 +78,30 @@ export class DcgError extends Error {
   }
 }
 
+/**
+ * What is shown of a line: all of a short one; of a long one what is around the character at `column`, and how much of that stands
+ * before it.
+ */
+function excerpt(line: string, column: number): { shown: string; mark?: number } {
+  const blank = /^[ \t]*/.exec(line)?.[0].length ?? 0;
+  const letters = [...line.replace(/^[ \t]+|[ \t]+$/g, "")];
+  if (letters.length <= MOST_SHOWN) return { shown: letters.join("") };
+  const place = Math.min(Math.max(column - 1 - blank, 0), letters.length);
+  const start = Math.min(Math.max(place - MOST_SHOWN / 2, 0), letters.length - MOST_SHOWN);
+  const end = start + MOST_SHOWN;
+  const before = start > 0 ? "…" : "";
+  const after = end < letters.length ? "…" : "";
+  return { shown: before + letters.slice(start, end).join("") + after, mark: before.length + place - start };
+}
+
+/** A mark below a character of a text, which has so many before it. */
+function markBelow(text: string, mark: number): string {
+  const before = [...text].slice(0, mark).map((letter) => (letter === "\t" ? letter : " "));
+  return `${before.join("")}^`;
+}
+
 /** Where something lies for who reads the text. Line and column count from 1, columns in characters; `text` is the whole line. */
-function placeOf(whole: string, place: number): { line: number; column: number; text: string } {
+export function placeOf(whole: string, place: number): { line: number; column: number; text: string } {
   // A mark of the byte order may stand before a text and is no part of it.
   const source = whole.replace(/^\ufeff/, "");
   const at = Math.max(0, place - (whole.length - source.length));
@@ -98,9 +125,30 @@ export function orderIn(text: string): string | undefined {
   return ORDER.exec(text)?.[0];
 }
 
-/** Whether a problem is that a value is not what it must be: perhaps a number in place of a list, or a list in place of a number. */
-export function isOfValue(problem: string): boolean {
-  return problem.includes(" must be ") && !problem.includes("; it must be from ");
+/**
+ * What leaves no trace in a name, which then looks like another: fillers, tags, marks of where a word may be broken, and the like.
+ * No blanks, and neither joiners nor variation selectors, which scripts and emoji need.
+ */
+const HIDDEN =
+  /\u034f|\u17b4|\u17b5|[\u00ad\u115f\u1160\u200b\u2060-\u206f\u3164\ufeff\uffa0\ufff0-\ufffb\u{1bca0}-\u{1bca3}\u{1d173}-\u{1d17a}\u{e0000}-\u{e00ff}\u{e01f0}-\u{e0fff}]/u;
+
+/** The first character of a name that is not for who reads it. */
+export function unreadableIn(name: string): string | undefined {
+  return [...name].find((character) => ORDER.test(character) || HIDDEN.test(character));
+}
+
+/** Whether a problem may be said of a word that was taken for a value, or of what stands behind one. */
+export function isOfNoValue(problem: string): boolean {
+  return (
+    /^(expected |a value is named with `let`|no statement begins with )/.test(problem) ||
+    /^`\w+` is not a (value|function) here; /.test(problem) ||
+    isOfOtherKind(problem)
+  );
+}
+
+/** Whether a problem is that a name is known for something else. */
+export function isOfOtherKind(problem: string): boolean {
+  return /^`\w+` is a \w+, and a \w+ is wanted here$/.test(problem);
 }
 
 /** Of a parameter whose default is a list, or is none. */
@@ -206,7 +254,7 @@ export function unknownOfFile(kind: string, name: string, file: string, known: r
 
 /** @param shown How those that are known are shown, if not by their names alone. */
 export function unknownArgument(name: string, callee: string, known: readonly string[], shown = known): string {
-  return `\`${name}\` is not a parameter of \`${callee}\`; ${meant(name, "takes", known, shown)}`;
+  return `\`${cut(name)}\` is not a parameter of \`${callee}\`; ${meant(name, "takes", known, shown)}`;
 }
 
 export function listInRange(name: string): string {
@@ -386,15 +434,19 @@ const IN_PLACE_OF: readonly (readonly [characters: string, wayOut: string])[] = 
 ];
 
 /** Blanks that are none of the language, and what has no picture at all. */
-const UNSEEN = /[\p{Cc}\u00a0\u00ad\u061c\u1680\u180e\u2000-\u200f\u2028-\u202f\u205f-\u2069\u3000\ufeff]/u;
+const UNSEEN = /\p{VS}|[\p{Cc}\u00a0\u061c\u1680\u180e\u2000-\u200f\u2028-\u202f\u205f\u2800\u3000]/u;
 
 /** Whether there is nothing to see in a text. */
 export function isUnseen(text: string): boolean {
-  return [...text].every((character) => character === " " || UNSEEN.test(character));
+  return [...text].every((character) => character === " " || hasNoPicture(character));
+}
+
+function hasNoPicture(character: string): boolean {
+  return UNSEEN.test(character) || HIDDEN.test(character);
 }
 
 export function noWord(character: string): string {
-  if (UNSEEN.test(character)) {
+  if (hasNoPicture(character)) {
     return `${numberOf(character)} means nothing here; write a space in its place, or nothing`;
   }
   const known = IN_PLACE_OF.find(([characters]) => characters.includes(character))?.[1];

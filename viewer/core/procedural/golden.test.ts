@@ -159,6 +159,12 @@ it("names a parameter that was given what its default is not with the mistake", 
   expect(grownOf("height", 4).parts[0]?.bounds.max[1]).toBe(4);
 });
 
+it("repeats no more of what was given than of a line", () => {
+  const program = readProgram("test.dcg", "parameter size = 2 box(1, 1, 1)", () => "");
+  const told = `\`${"x".repeat(120)}…\` is not a parameter of \`test.dcg\`; it takes \`size\``;
+  expect(() => grow(program, { parameters: new Map([["x".repeat(100_000), 3]]) })).toThrow(told);
+});
+
 it("blames no parameter for a mistake that is about something else", () => {
   const text = "parameter posts = 3 for i in posts box(1, 1, 1)\n";
   const parameters = new Map([["posts", valueFromJson([1, 2]) as Value]]);
@@ -167,6 +173,16 @@ it("blames no parameter for a mistake that is about something else", () => {
     ["rule r() { r() } r()", "more than 64 levels"],
     ["box(-1, 1, 1)", "it must be from 0"],
     ["let a = [1] box(a[1], 1, 1)", "there is no item 1"],
+    ["scale(0) box(1, 1, 1)", "a scale must be"],
+    ["box(power(2, 0.5), 1, 1)", "a power must be"],
+    ["box(sqrt(-1), 1, 1)", "what a root is taken of must be"],
+    ["lathe([[-1, 0], [1, 1]])", "a radius of a profile must be"],
+    ["prism([[0, 0], [1, 1]], 1)", "this outline must be"],
+    ["polygon([[0, 0, 0], [1, 0, 0], [0, 2e6, 0]])", "a point must be"],
+    ["polygon([[0, 0, 0], [1, 0, 0]])", "a face must be"],
+    ["material m { colour = [0, 0, 2] } paint m box(1, 1, 1)", "a colour must be"],
+    ["part p() within [1, 1, 1] to [0, 0, 0] { box(1, 1, 1) } p()", "`within` must be"],
+    ["impostor(size = 3)", "size must be"],
   ] as const) {
     let found: unknown;
     try {

@@ -77,7 +77,7 @@ const WAYS_OUT: Readonly<Record<string, string>> = {
   placements: "place fewer, or split the world into several files",
   parts: "give parts parameters that take fewer different values, and call less by names of its own",
   "bytes of text in all files": "leave out what is not used, or make several models of it",
-  materials: "let their parameters take fewer different values",
+  materials: "let their parameters, and those of the files that have them, take fewer different values",
 };
 
 /** What is said when a limit is reached. */

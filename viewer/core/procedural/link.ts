@@ -14,6 +14,7 @@ import {
   unknownOfFile,
 } from "./error.ts";
 import { MAX_ALL_TEXT_BYTES, MAX_MODULES, reached } from "./limits.ts";
+import { atItsOperator } from "./parser/dangling.ts";
 import { parse } from "./parser/index.ts";
 import { SOLIDS, solidNamed } from "./solid/kinds.ts";
 import {
@@ -99,14 +100,16 @@ function linkCalls(program: Program, from: number): void {
       link(program, from, call);
       give(call, calleeOf(callees, modules[call.module] as Module, call));
     } catch (error) {
-      throw error instanceof Fault ? errorAt(module, error.at, error.problem) : error;
+      if (!(error instanceof Fault)) throw error;
+      const { at, problem } = atItsOperator(module.text, error);
+      throw errorAt(module, at, problem);
     }
   }
 }
 
 /** An error at a place of a module. */
-export function errorAt(module: Module, at: number, problem: string): DcgError {
-  return DcgError.at(module.file, module.text, at, problem);
+export function errorAt(module: Module, at: number, problem: string, isOfKind = false): DcgError {
+  return DcgError.at(module.file, module.text, at, problem, isOfKind);
 }
 
 function loaded(module: Module, { path, at }: { path: string; at: number }, load: Load): string {

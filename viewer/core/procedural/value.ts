@@ -21,6 +21,12 @@ export function listOf(items: readonly Value[]): List {
   return { items, size, depth };
 }
 
+/** Whether it is a list of so many numbers. */
+export function isNumbers(value: Value, count: number): boolean {
+  if (typeof value === "number" || value.items.length !== count) return false;
+  return value.items.every((item) => typeof item === "number");
+}
+
 /** Numbers and lists in it, itself included. */
 export function sizeOf(value: Value): number {
   return typeof value === "number" ? 1 : value.size + 1;

@@ -305,6 +305,7 @@ fn a_door_is_named_with_the_opening_that_its_box_covers() {
     };
     let graph = author::build(&world, &authored, &mut Defects::default()).unwrap();
     assert_eq!(graph.cells[0].portals[0].door, None, "the wall is wider than the door");
+    assert_eq!(graph.idle_doors(&world), [(door, true), (other, true)]);
     authored.portals.push(AuthoredShape {
         node: "portal:a".to_owned(),
         triangles: vec![
@@ -315,6 +316,7 @@ fn a_door_is_named_with_the_opening_that_its_box_covers() {
     });
     let graph = author::build(&world, &authored, &mut Defects::default()).unwrap();
     assert_eq!(graph.cells[0].portals[0].door, Some(door));
+    assert_eq!(graph.idle_doors(&world), [(other, false)], "it is beside the portal");
 }
 
 /// A `portal:` polygon of these corners in a plane across x.

@@ -3,6 +3,8 @@
 //! Each door is looked at in its own frame, as its leaf is. One that stands askew covers what lies between its own edges, and not what
 //! else lies in the box around it along the axes; one whose head is slanted or arched covers nothing above that.
 
+use std::collections::BTreeSet;
+
 use glam::{DVec2, DVec3};
 
 use super::{CellGraph, hull::convex_outline};
@@ -44,6 +46,27 @@ impl Cover {
         })
     }
 
+    /// Whether an opening that may lie so far before or behind it is one in which it lies, though it may cover a part of it only.
+    fn lies_in(&self, world: &World, opening: &[[f64; 3]], reach_m: f64) -> bool {
+        let reach_m = self.gap_m.max(reach_m);
+        let range = self.depths[0] - reach_m..=self.depths[1] + reach_m;
+        let mut corners = Vec::with_capacity(opening.len());
+        for corner in opening {
+            let corner = self.frame.place(world.relative(*corner));
+            if !range.contains(&corner.z) {
+                return false;
+            }
+            corners.push(corner);
+        }
+        let around = |points: &[DVec3]| {
+            let low = points.iter().copied().reduce(DVec3::min).unwrap_or_default();
+            (low, points.iter().copied().reduce(DVec3::max).unwrap_or_default())
+        };
+        let ((low, high), (least, most)) = (around(&corners), around(&self.outline));
+        let common = high.min(most) - low.max(least);
+        common.truncate().min_element() > self.gap_m
+    }
+
     /// Whether it covers a point of an opening that may lie so far before or behind it.
     fn holds(&self, world: &World, point: [f64; 3], reach_m: f64) -> bool {
         let point = self.frame.place(world.relative(point));
@@ -76,5 +99,17 @@ impl CellGraph {
             };
             portal.door = covers.iter().find(closes).map(|cover| cover.door);
         }
+    }
+
+    /// Doors that no opening names, and for each whether it lies in one all the same, of which it covers a part only.
+    pub(crate) fn idle_doors(&self, world: &World) -> Vec<(u32, bool)> {
+        let portals = || self.cells.iter().flat_map(|cell| &cell.portals);
+        let named: BTreeSet<u32> = portals().filter_map(|portal| portal.door).collect();
+        let idle = world.doors().iter().filter(|door| !named.contains(door));
+        let lies_in_one = |door: u32| {
+            let cover = Cover::of(world, door);
+            cover.is_some_and(|cover| portals().any(|portal| cover.lies_in(world, &portal.polygon, self.voxel_m)))
+        };
+        idle.map(|door| (*door, lies_in_one(*door))).collect()
     }
 }

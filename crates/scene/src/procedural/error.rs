@@ -31,8 +31,10 @@ pub struct DcgError {
     pub line: usize,
     /// Character in the line.
     pub column: usize,
-    /// The line, without the spaces around it.
+    /// The line, without the spaces around it; of a long one what is around the place.
     pub text: String,
+    /// How many characters of it stand before the place, where it is not the whole line.
+    pub mark: Option<usize>,
     /// What is wrong there.
     pub problem: Problem,
     /// The calls that led there, the innermost first, and not all of many.
@@ -48,6 +50,7 @@ impl fmt::Display for DcgError {
             line,
             column,
             text,
+            mark,
             problem,
             callers,
             given,
@@ -59,6 +62,10 @@ impl fmt::Display for DcgError {
         f.write_str(&printable(&told))?;
         if !text.is_empty() {
             write!(f, "\n    {}", printable(text))?;
+        }
+        if let Some(mark) = mark {
+            let before = text.chars().take(*mark).map(|c| if c == '\t' { c } else { ' ' });
+            write!(f, "\n    {}^", before.collect::<String>())?;
         }
         callers.iter().try_for_each(|Caller { file, line, column }| {
             let file = printable(file);
@@ -106,16 +113,35 @@ impl<'t> Place<'t> {
     }
 }
 
+/// What is shown of a line: all of a short one; of a long one what is around the character at `column`, and how much of that
+/// stands before it.
+fn excerpt(line: &str, column: usize) -> (String, Option<usize>) {
+    let blank = line.chars().take_while(|c| BLANKS.contains(c)).count();
+    let letters: Vec<char> = line.trim_matches(BLANKS).chars().collect();
+    if letters.len() <= MOST_SHOWN {
+        return (letters.into_iter().collect(), None);
+    }
+    let place = (column - 1).saturating_sub(blank).min(letters.len());
+    let start = place.saturating_sub(MOST_SHOWN / 2).min(letters.len() - MOST_SHOWN);
+    let end = start + MOST_SHOWN;
+    let [before, after] = [start > 0, end < letters.len()].map(|is_cut| if is_cut { "…" } else { "" });
+    let shown: String = letters[start..end].iter().collect();
+    let mark = before.chars().count() + place - start;
+    (format!("{before}{shown}{after}"), Some(mark))
+}
+
 impl DcgError {
     /// An error at a byte of a text.
     #[must_use]
     pub(super) fn at(file: &str, source: &str, at: u32, problem: Problem) -> Box<Self> {
         let Place { line, column, text } = Place::of(source, at);
+        let (text, mark) = excerpt(text, column);
         Box::new(Self {
             file: file.to_owned(),
             line,
             column,
-            text: text.trim_matches(BLANKS).chars().take(MOST_SHOWN).collect(),
+            text,
+            mark,
             problem,
             callers: Vec::new(),
             given: None,
@@ -160,6 +186,7 @@ impl DcgError {
             line: 0,
             column: 0,
             text: String::new(),
+            mark: None,
             problem,
             callers: Vec::new(),
             given: None,

@@ -134,7 +134,7 @@ pub fn reached(what: &'static str, limit: u64) -> Problem {
         "placements" => "place fewer, or split the world into several files",
         "parts" => "give parts parameters that take fewer different values, and call less by names of its own",
         "bytes of text in all files" => "leave out what is not used, or make several models of it",
-        "materials" => "let their parameters take fewer different values",
+        "materials" => "let their parameters, and those of the files that have them, take fewer different values",
         _ => "make it smaller",
     };
     Problem::Limit { what, limit, way_out }

@@ -6,11 +6,12 @@ use super::error::DcgError;
 use super::evaluator::Kept;
 use super::limits::{MAX_ALL_TEXT_BYTES, MAX_MODULES, reached};
 use super::operation::BuiltIn;
-use super::parser::parse;
+use super::parser::{at_its_operator, parse};
 use super::problem::Problem;
 use super::solid::SolidKind;
 use super::spelling::nearest;
 use super::syntax::{At, Call, Formal, Module, Target, Transform, Wanted};
+use super::wording::cut;
 
 /// Gives the texts of files. Whoever implements it decides what a path may lead to.
 pub trait Loader {
@@ -98,7 +99,7 @@ impl Program {
         let module = &self.modules[0];
         module.parameters.iter().map(|parameter| {
             let default: Vec<&str> = module.text[parameter.default.clone()].split_whitespace().collect();
-            format!("{}, else {}", parameter.shown, default.join(" "))
+            format!("{}, else {}", parameter.shown, cut(&default.join(" ")))
         })
     }
 
@@ -164,7 +165,10 @@ impl Program {
                         .or_insert_with(|| Callee::of(self.formals(target, call.wanted)));
                     Ok((target, callee.given(call)?))
                 });
-                let (target, given) = found.map_err(|(at, problem)| self.modules[from].error(at, problem))?;
+                let (target, given) = found.map_err(|wrong| {
+                    let (at, problem) = at_its_operator(&self.modules[from].text, wrong);
+                    self.modules[from].error(at, problem)
+                })?;
                 call.target = target;
                 call.given = given;
             }

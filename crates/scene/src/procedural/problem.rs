@@ -162,7 +162,7 @@ pub enum Problem {
         known: Vec<String>,
     },
     /// An argument that what is called does not take.
-    #[error("`{name}` is not a parameter of `{callee}`; {way_out}", way_out = meant(.suggestion, "takes", .known))]
+    #[error("`{name}` is not a parameter of `{callee}`; {way_out}", name = cut(.name), way_out = meant(.suggestion, "takes", .known))]
     UnknownArgument {
         /// The name.
         name: String,
@@ -297,9 +297,17 @@ pub enum Problem {
     /// A number in place of a list.
     #[error("{0} must be a list, and this is a number")]
     NotAList(&'static str),
-    /// A list of another length or kind.
+    /// A list of another kind, or what is none.
     #[error("{what} must be {wanted}")]
     Shape {
+        /// What is wrong.
+        what: &'static str,
+        /// What it should be.
+        wanted: &'static str,
+    },
+    /// Numbers that are too large, too small, too few or in no order.
+    #[error("{what} must be {wanted}")]
+    Amount {
         /// What is wrong.
         what: &'static str,
         /// What it should be.

@@ -38,6 +38,12 @@ impl Value {
         Self::list(numbers.into_iter().map(Self::Number).collect())
     }
 
+    /// Whether it is a list of so many numbers.
+    pub(super) fn is_numbers(&self, count: usize) -> bool {
+        let Self::List(items, _) = self else { return false };
+        items.len() == count && items.iter().all(|item| matches!(item, Self::Number(_)))
+    }
+
     /// Numbers and lists in it, itself included.
     pub(super) fn size(&self) -> usize {
         match self {

@@ -57,8 +57,17 @@ pub(super) fn character(character: char) -> String {
 /// Blanks that are none of the language, and what has no picture at all.
 pub(super) fn is_unseen(character: char) -> bool {
     character.is_control()
-        || matches!(character, '\u{a0}' | '\u{ad}' | '\u{61c}' | '\u{1680}' | '\u{180e}' | '\u{2000}'..='\u{200f}' | '\u{2028}'..='\u{202f}'
-            | '\u{205f}'..='\u{2069}' | '\u{3000}' | '\u{feff}')
+        || is_hidden(character)
+        || matches!(character, '\u{a0}' | '\u{61c}' | '\u{1680}' | '\u{180b}'..='\u{180f}' | '\u{2000}'..='\u{200f}' | '\u{2028}'..='\u{202f}'
+            | '\u{205f}' | '\u{2800}' | '\u{3000}' | '\u{fe00}'..='\u{fe0f}' | '\u{e0100}'..='\u{e01ef}')
+}
+
+/// What leaves no trace in a name, which then looks like another: fillers, tags, marks of where a word may be broken, and the like. No
+/// blanks, and neither joiners nor variation selectors, which scripts and emoji need.
+pub(super) fn is_hidden(character: char) -> bool {
+    matches!(character, '\u{ad}' | '\u{34f}' | '\u{115f}' | '\u{1160}' | '\u{17b4}' | '\u{17b5}' | '\u{200b}' | '\u{2060}'..='\u{206f}'
+        | '\u{3164}' | '\u{feff}' | '\u{ffa0}' | '\u{fff0}'..='\u{fffb}' | '\u{1bca0}'..='\u{1bca3}' | '\u{1d173}'..='\u{1d17a}'
+        | '\u{e0000}'..='\u{e00ff}' | '\u{e01f0}'..='\u{e0fff}')
 }
 
 /// What to write in place of a character that other languages have.

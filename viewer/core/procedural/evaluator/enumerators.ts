@@ -53,7 +53,7 @@ export abstract class Enumerators extends SideBySide {
     }
     if (typeof value === "number" || value.items.length !== slots.length) {
       const wanted = "a list of lists with an item for each name";
-      throw this.error(scope.module, at, `what \`for\` goes over must be ${wanted}`);
+      throw this.unfit(scope.module, at, "what `for` goes over", wanted);
     }
     for (let i = 0; i < slots.length; i += 1) {
       this.put(scope.module, at, scope.base + (slots[i] as number), value.items[i] as Value);

@@ -109,7 +109,7 @@ export abstract class Expressions extends Plain {
     }
     const value = expr.kind === "local" ? this.stack.get(scope.base + expr.slot) : this.value(scope, at, expr);
     if (typeof value !== "number") {
-      throw this.error(scope.module, at, `${what} must be a number, and this is a list`);
+      throw this.unfit(scope.module, at, what, "a number, and this is a list");
     }
     return value;
   }
@@ -131,7 +131,7 @@ export abstract class Expressions extends Plain {
   protected list(scope: Scope, at: At, expr: Expr, what: string): List {
     const value = this.value(scope, at, expr);
     if (typeof value === "number") {
-      throw this.error(scope.module, at, `${what} must be a list, and this is a number`);
+      throw this.unfit(scope.module, at, what, "a list, and this is a number");
     }
     return value;
   }
@@ -347,7 +347,7 @@ export abstract class Expressions extends Plain {
     if (typeof from !== "number" && typeof to !== "number" && from.items.length === to.items.length) {
       return listOf(from.items.map((item, i) => this.mixed(scope, at, item, to.items[i] as Value, part)));
     }
-    throw this.error(scope.module, at, "what is mixed must be two numbers, or two lists of the same shape");
+    throw this.unfit(scope.module, at, "what is mixed", "two numbers, or two lists of the same shape");
   }
 }
 

@@ -6,7 +6,7 @@
  */
 
 import { withinStack } from "../depth.ts";
-import { DcgError, givenInstead, isOfValue } from "../error.ts";
+import { DcgError, givenInstead } from "../error.ts";
 import type { Grown } from "../grown.ts";
 import { type Amounts, FINEST, LIMITS } from "../limits.ts";
 import type { Program } from "../link.ts";
@@ -59,7 +59,7 @@ class Evaluator extends Places {
    * about what a value must be.
    */
   private noteGiven(error: DcgError, parameters: ReadonlyMap<string, Value>): void {
-    if (error.line === 0 || !isOfValue(error.problem)) return;
+    if (error.line === 0 || !error.isOfKind) return;
     for (const name of [...parameters.keys()].sort()) {
       const formal = this.module(0).parameters.find((parameter) => parameter.formal.name === name)?.formal;
       const isList = formal?.initial && isListed(formal.initial.of[0] as Expr);

@@ -6,7 +6,7 @@ import { reached } from "../limits.ts";
 import type { Scope } from "../plain/machine.ts";
 import { stepName } from "../random.ts";
 import type { Call, MaterialRule, Written } from "../syntax.ts";
-import { sizesOf, type Value } from "../value.ts";
+import { isNumbers, sizesOf, type Value } from "../value.ts";
 import { Modules } from "./modules.ts";
 
 /** What tells a material apart besides its arguments: file, rule and instance. */
@@ -67,7 +67,10 @@ export abstract class Materials extends Modules {
     const channels = typeof value === "number" ? [] : value.items;
     const isShare = (channel: Value) => typeof channel === "number" && channel >= 0 && channel <= 1;
     if (channels.length !== 3 || !channels.every(isShare)) {
-      throw this.error(scope.module, at, "a colour must be `#rrggbb`, or three numbers from 0 to 1");
+      const [what, wanted] = ["a colour", "`#rrggbb`, or three numbers from 0 to 1"] as const;
+      throw isNumbers(value, 3)
+        ? this.amount(scope.module, at, what, wanted)
+        : this.unfit(scope.module, at, what, wanted);
     }
     return (channels as number[]).map(linearLight) as unknown as Channels;
   }

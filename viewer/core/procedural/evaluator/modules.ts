@@ -2,6 +2,7 @@
 import { DcgError, listInRange, outOfRange } from "../error.ts";
 import { Known } from "../known.ts";
 import { reached } from "../limits.ts";
+import { errorAt } from "../link.ts";
 import type { Scope } from "../plain/machine.ts";
 import { step } from "../random.ts";
 import { Globals } from "../stack.ts";
@@ -171,15 +172,17 @@ export abstract class Modules extends Terminals {
 
   private checkRange(scope: Scope, { formal, range }: Parameter, value: Value, place: Place | undefined): void {
     if (!range) return;
-    const refused = (problem: string) =>
-      place ? this.error(place.module, place.at, problem) : DcgError.ofWhole(this.module(scope.module).file, problem);
+    const refused = (problem: string, isOfKind = false) =>
+      place
+        ? errorAt(this.module(place.module), place.at, problem, isOfKind)
+        : DcgError.ofWhole(this.module(scope.module).file, problem);
     const [least, most] = range;
     const min = this.number(scope, least.at, least.of, "the least value");
     const max = this.number(scope, most.at, most.of, "the most value");
     if (min > max) {
       throw this.error(scope.module, least.at, "this range must be from the least value to the most");
     }
-    if (typeof value !== "number") throw refused(listInRange(formal.name));
+    if (typeof value !== "number") throw refused(listInRange(formal.name), true);
     if (value < min || value > max) throw refused(outOfRange(`\`${formal.name}\``, value, min, max));
   }
 }

@@ -11,17 +11,13 @@ import type { Plan } from "../plain/plan.ts";
 import { MAX_LENGTH } from "../ranges.ts";
 import { Faces } from "../solid/flat.ts";
 import type { At, Row } from "../syntax.ts";
-import type { List, Value } from "../value.ts";
+import { isNumbers, type List, type Value } from "../value.ts";
 import { Expressions } from "./expressions.ts";
 
 export abstract class Outlines extends Expressions {
   /** The last points or corners: three or two numbers each. */
   protected points = new Float64Array(3 * MAX_CORNERS);
   private faces = new Faces();
-
-  protected shape(scope: Scope, at: At, what: string, wanted: string): Error {
-    return this.error(scope.module, at, `${what} must be ${wanted}`);
-  }
 
   /** Takes the points of a list; how many there are. */
   protected takePoints(scope: Scope, row: Row): number {
@@ -60,7 +56,9 @@ export abstract class Outlines extends Expressions {
     if (count < least || count > MAX_CORNERS || corners.some((corner) => corner.length !== 2)) {
       const wanted = "a list of `[x, z]`, each from -1000000 to 1000000";
       const counts = "two or more in a profile, three or more around a polygon, up to 256";
-      throw this.shape(scope, places[0] as At, "this outline", `${wanted}: ${counts}`);
+      const isOutline = typeof value !== "number" && items.every((item) => isNumbers(item, 2));
+      const [module, at, told] = [scope.module, places[0] as At, `${wanted}: ${counts}`] as const;
+      throw isOutline ? this.amount(module, at, "this outline", told) : this.unfit(module, at, "this outline", told);
     }
     this.points.set(corners.flat());
     return count;
@@ -83,7 +81,7 @@ export abstract class Outlines extends Expressions {
     for (const [number, face] of this.listed(scope, row).items.entries()) {
       for (const corner of typeof face === "number" ? [undefined] : face.items) {
         if (typeof corner !== "number") {
-          throw this.shape(scope, at, "a face", "a list of numbers of points, counted from 0");
+          throw this.unfit(scope.module, at, "a face", "a list of numbers of points, counted from 0");
         }
         if (!(corner >= 0 && corner < points)) throw this.error(scope.module, at, noPoint(number, corner, points));
         this.faces.add(corner);
@@ -150,7 +148,9 @@ export abstract class Outlines extends Expressions {
   protected point3(scope: Scope, at: At, what: string, value: Value): readonly number[] {
     const point = coordinates(value);
     if (point.length === 3) return point;
-    throw this.shape(scope, at, what, "`[x, y, z]`, each from -1000000 to 1000000");
+    const wanted = "`[x, y, z]`, each from -1000000 to 1000000";
+    const { module } = scope;
+    throw isNumbers(value, 3) ? this.amount(module, at, what, wanted) : this.unfit(module, at, what, wanted);
   }
 }
 

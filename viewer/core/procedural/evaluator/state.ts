@@ -86,6 +86,16 @@ export class State {
     return errorAt(this.module(module), at, problem);
   }
 
+  /** Of numbers that are too large, too small, too few or in no order. */
+  protected amount(module: number, at: At, what: string, wanted: string): DcgError {
+    return errorAt(this.module(module), at, `${what} must be ${wanted}`);
+  }
+
+  /** Of a value that is of another kind than it must be. */
+  protected unfit(module: number, at: At, what: string, wanted: string): DcgError {
+    return errorAt(this.module(module), at, `${what} must be ${wanted}`, true);
+  }
+
   /** Runs what a call leads to: an error in it names that call too. */
   protected traced<T>(module: number, at: At, run: () => T): T {
     try {

@@ -151,7 +151,7 @@ export abstract class Terminals extends Outlines {
     let [widest, low, high] = [0, Infinity, -Infinity];
     for (let i = 0; i < 2 * count; i += 2) {
       const [radius, y] = [this.points[i] as number, this.points[i + 1] as number];
-      if (radius < 0) throw this.shape(scope, list.places[0] as At, "a radius of a profile", "0 or more");
+      if (radius < 0) throw this.amount(scope.module, list.places[0] as At, "a radius of a profile", "0 or more");
       [widest, low, high] = [Math.max(widest, radius), Math.min(low, y), Math.max(high, y)];
     }
     // The other numbers may call functions, but those draw nothing: the points stay.
@@ -216,7 +216,7 @@ export abstract class Terminals extends Outlines {
     for (let face = 0; face < count; face += 1) {
       const corners = (ends[face] as number) - (face === 0 ? 0 : (ends[face - 1] as number));
       if (corners < 3 || corners > MAX_CORNERS) {
-        throw this.shape(scope, places[0] as At, "a face", "three corners or more, up to 256");
+        throw this.amount(scope.module, places[0] as At, "a face", "three corners or more, up to 256");
       }
       this.count(scope, at, looksAt(corners));
     }
@@ -303,9 +303,9 @@ export abstract class Terminals extends Outlines {
     const views = Math.floor(this.taken(0));
     const size_px = this.taken(1);
     const frames = Math.floor(this.taken(3));
-    if (![16, 32, 64, 128].includes(size_px)) throw this.shape(scope, place(1), "size", "16, 32, 64 or 128");
+    if (![16, 32, 64, 128].includes(size_px)) throw this.amount(scope.module, place(1), "size", "16, 32, 64 or 128");
     if (views * size_px * frames > MOST_HEIGHT_PX) {
-      throw this.shape(scope, at, "views * size * frames", `at most ${MOST_HEIGHT_PX}`);
+      throw this.amount(scope.module, at, "views * size * frames", `at most ${MOST_HEIGHT_PX}`);
     }
     if (frames > 1 && !this.phased.has(this.part)) throw this.error(scope.module, place(3), NO_PHASE);
     return { views, size_px, below: this.taken(2) !== 0, frames, stride: this.taken(4) };

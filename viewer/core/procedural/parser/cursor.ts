@@ -12,6 +12,7 @@ import {
   reserved,
   twice,
   unclosed,
+  unreadableIn,
   unseen,
 } from "../error.ts";
 import { described, type Word } from "../lexer.ts";
@@ -168,7 +169,7 @@ export class Cursor {
     const { at } = this.next;
     const name = this.text(what);
     if (isUnseen(name)) throw new Fault(at, emptyName(word));
-    refuseUnseen(name, at, "letters in a name");
+    refuseUnseen(name, at, "letters in a name", unreadableIn);
     return name;
   }
 
@@ -177,7 +178,7 @@ export class Cursor {
     const { at } = this.next;
     const path = tidied(this.text(what));
     if (isBlank(path)) throw new Fault(at, NO_FILE);
-    refuseUnseen(path, at, "letters in a path");
+    refuseUnseen(path, at, "letters in a path", orderIn);
     return path;
   }
 
@@ -270,11 +271,11 @@ export class Cursor {
   }
 }
 
-/** Refuses a text that is longer than anybody reads, or has an order in it to who shows it. */
-function refuseUnseen(text: string, at: At, letters: string): void {
+/** Refuses a text that is longer than anybody reads, or has a character in it that is not for who reads it. */
+function refuseUnseen(text: string, at: At, letters: string, otherIn: (text: string) => string | undefined): void {
   if ([...text].length > MAX_NAME) throw new Fault(at, reached(letters, MAX_NAME));
-  const order = orderIn(text);
-  if (order !== undefined) throw new Fault(at, unseen(order));
+  const other = otherIn(text);
+  if (other !== undefined) throw new Fault(at, unseen(other));
 }
 
 /**

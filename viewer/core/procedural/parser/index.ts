@@ -24,6 +24,7 @@ import {
   type Written,
 } from "../syntax.ts";
 import { DECLARATIONS, type Given, type NamedAt } from "./cursor.ts";
+import { atItsOperator } from "./dangling.ts";
 import { isReserved, StatementParser } from "./statements.ts";
 import * as usage from "./usage.ts";
 
@@ -50,7 +51,9 @@ export function parse(file: string, text: string): Module {
     }
     new Parser(module, words(text)).file();
   } catch (error) {
-    throw error instanceof Fault ? DcgError.at(file, text, error.at, error.problem) : error;
+    if (!(error instanceof Fault)) throw error;
+    const { at, problem } = atItsOperator(text, error);
+    throw DcgError.at(file, text, at, problem);
   }
   return module;
 }

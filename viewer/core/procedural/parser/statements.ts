@@ -44,7 +44,7 @@ import {
 } from "./usage.ts";
 
 /** Words with which a statement begins. */
-const STATEMENTS =
+export const STATEMENTS =
   "called choose edges else for heights if impostor let model move paint roll scale scatter tilt turn viewpoint".split(
     " ",
   );

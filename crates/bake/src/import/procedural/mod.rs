@@ -8,6 +8,7 @@ mod absorb;
 mod alone;
 mod details;
 mod growth;
+mod marks;
 mod node;
 mod poses;
 mod scene;
@@ -136,6 +137,7 @@ fn planted(
     let mut model_bytes = BTreeMap::new();
     let growing = scene::Growing {
         program: &program,
+        folder: folder_of(path),
         rules: &rules,
         settings,
         with_levels,
@@ -220,8 +222,9 @@ pub(super) fn read(
         limits: growth_limits(ground.limits),
         ..Settings::default()
     };
-    let text = given(file_name, bytes, (sowing, &settings), ground)?;
-    let growth = watched(file_name, text, (&settings, true), (ground, budget))?;
+    let text = given(file_name, bytes.clone(), (sowing, &settings), ground)?;
+    let grown = watched(file_name, text, (&settings, true), (ground, budget));
+    let growth = grown.map_err(|error| as_written((file_name, bytes), error, (sowing, &settings), (ground, budget)))?;
     if growth.scene.objects.is_empty() {
         return Err(ImportError::NothingToDraw {
             reasons: growth.nothing_drawn().to_owned(),
@@ -255,6 +258,24 @@ fn given(
     Ok(text.map_or(bytes, String::into_bytes))
 }
 
+/// A mistake of rules that were given parameters, told of the text as its author wrote it, and of what it was given, as all are told
+/// who grow it.
+fn as_written(
+    (path, bytes): (&str, Vec<u8>),
+    error: ImportError,
+    (sowing, settings): (&Sowing, &Settings),
+    on: (Ground, &Budget),
+) -> ImportError {
+    if sowing.parameters.is_empty() || !matches!(error, ImportError::Rules(_)) {
+        return error;
+    }
+    let settings = Settings {
+        parameters: sowing.parameters.clone(),
+        ..settings.clone()
+    };
+    watched(path, bytes, (&settings, false), on).err().unwrap_or(error)
+}
+
 /// What rules may take of what a source may.
 fn growth_limits(limits: &Limits) -> GrowthLimits {
     /// About what a triangle with its vertices takes from the evaluation to the scene.
@@ -267,6 +288,11 @@ fn growth_limits(limits: &Limits) -> GrowthLimits {
     }
 }
 
+/// Where a file lies.
+fn folder_of(path: &str) -> &str {
+    path.rsplit_once('/').map_or("", |(folder, _)| folder)
+}
+
 /// Files in the folder of the rules.
 struct Beside<'a> {
     folder: &'a str,
@@ -276,7 +302,7 @@ struct Beside<'a> {
 impl<'a> Beside<'a> {
     fn of(path: &'a str, ground: Ground<'a>) -> Self {
         Self {
-            folder: path.rsplit_once('/').map_or("", |(folder, _)| folder),
+            folder: folder_of(path),
             files: ground.files,
         }
     }
@@ -331,9 +357,8 @@ impl<'a> Beside<'a> {
             .files
             .read(&path, ground.limits.memory_bytes)
             .map_err(|cause| missing(self.told(relative, (&path, &["glb", "gltf"]), &cause)))?;
-        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
         let files = Below {
-            folder,
+            folder: folder_of(&path),
             files: self.files,
         };
         let ground = Ground {

@@ -8,7 +8,7 @@ use glam::{DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 
 use super::absorb::absorb;
-use super::{Astray, Beside, Budget, Ground, growth_limits, is_gltf, planted, telling};
+use super::{Astray, Beside, Budget, Ground, folder_of, growth_limits, is_gltf, planted, telling};
 use crate::defect::Defects;
 use crate::import::document::whole;
 use crate::import::error::{Flaw, Read, Trouble, flaw};
@@ -216,7 +216,7 @@ fn grow_wanted(
         );
         return flaw("`procedural` that names no rules: not grown", told(what));
     }
-    let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+    let folder = folder_of(&path);
     let kind = "rules that are wrong, or given what they do not take: not grown";
     let mut growth =
         planted(&path, bytes, (&settings, true), (ground, budget), watch).or_else(|cause| match cause {
@@ -250,7 +250,11 @@ fn parameters_of(wanted: &Json, told: impl Fn(String) -> String) -> Read<BTreeMa
     let mut parameters = BTreeMap::new();
     for (name, value) in given {
         let Some(known) = Value::from_json(value) else {
-            let what = format!("`{name}` is {}; write a number or a list of numbers", shown(value));
+            let what = format!(
+                "`{}` is {}; write a number or a list of numbers",
+                beginning(name),
+                shown(value)
+            );
             return flaw(
                 "`parameters` that are not numbers or lists of them: not grown",
                 told(what),
@@ -274,10 +278,13 @@ fn seed_of(wanted: &Json, told: impl Fn(String) -> String) -> Read<u32> {
 
 /// A value as it is written, the beginning of a long one.
 fn shown(value: &Json) -> String {
+    beginning(&value.to_string())
+}
+
+fn beginning(text: &str) -> String {
     const MOST_SHOWN: usize = 60;
-    let text = value.to_string();
     match text.char_indices().nth(MOST_SHOWN) {
         Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
+        None => text.to_owned(),
     }
 }

@@ -10,6 +10,7 @@ use serde_json::json;
 use super::absorb::absorb;
 use super::alone::Alone;
 use super::details::coarser;
+use super::marks;
 use super::poses::poses;
 use crate::defect::Defects;
 use crate::growable::Tie;
@@ -30,6 +31,8 @@ pub(super) type Rules = (Arc<BTreeMap<String, String>>, u32);
 /// With what the model was grown, and where to count what is wrong.
 pub(super) struct Growing<'a> {
     pub(super) program: &'a Program,
+    /// Where its files lie, from the source's folder.
+    pub(super) folder: &'a str,
     pub(super) rules: &'a Rules,
     pub(super) settings: &'a Settings,
     /// Whether what the author made coarser is wanted too.
@@ -51,6 +54,7 @@ pub(super) fn scene_of(
     let material_of = add_materials(grown, &mut scene);
     let Growing {
         program,
+        folder,
         rules,
         settings,
         with_levels,
@@ -75,6 +79,7 @@ pub(super) fn scene_of(
         }
         models.push(made);
     }
+    marks::note(grown, &models, (program, folder), defects);
     let mut model_of = vec![None; models.len()];
     let mut imported: BTreeMap<&str, Vec<SourceObject>> = BTreeMap::new();
     let files: Vec<&str> = program.files().map(|(file, _)| file).collect();

@@ -1,6 +1,7 @@
 //! What becomes of rules as a source, alone and in glTF files.
 
 mod found;
+mod marks;
 mod names;
 mod watched;
 
@@ -120,6 +121,38 @@ fn what_rules_do_not_take_is_refused_before_they_take_it() {
     let wanted = "`width` is not a parameter of `world.dcg`; it takes `height from 1 to 9`";
     assert_eq!(refused("width", 2.0), wanted);
     assert_eq!(refused("height", 10.0), "`height` is 10; it must be from 1 to 9");
+}
+
+/// As who grows them is told it: of the text as it is written, and of what it was given.
+#[test]
+fn a_mistake_of_rules_that_were_given_something_is_told_as_who_grows_them_is_told_it() {
+    let text = "parameter outline = [[0, 0], [4, 0],\n [0, 3]] parameter height = 2 prism(outline, height) box(1 / (height - 2), 1, 1)";
+    let ground = Ground {
+        files: &Beside(BTreeMap::new()),
+        limits: &Limits::default(),
+        progress: &Silent,
+    };
+    let list = Value::from_json(&json!([1, 2])).unwrap();
+    for (name, value, wanted) in [
+        (
+            "outline",
+            Value::Number(4.0),
+            "`outline` was given a number, and its default is a list",
+        ),
+        ("height", list, "`height` was given a list, and its default is a number"),
+        ("height", Value::Number(2.0), "division by zero"),
+    ] {
+        let parameters = BTreeMap::from([(name.to_owned(), value)]);
+        let settings = Settings {
+            parameters: parameters.clone(),
+            ..Settings::default()
+        };
+        let grown = super::plant("world.dcg", text.into(), &settings, ground).unwrap_err();
+        let sowing = Sowing { seed: 0, parameters };
+        let baked = import_sown("world.dcg", text.into(), &sowing, ground).unwrap_err();
+        assert_eq!(baked.to_string(), grown.to_string());
+        assert!(baked.to_string().contains(wanted), "{baked}");
+    }
 }
 
 #[test]

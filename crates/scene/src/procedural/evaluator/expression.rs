@@ -260,7 +260,7 @@ impl<'p> Evaluator<'p> {
                 self.within((scope, arguments[1].at), b, "a power", (-MAX_POWER, MAX_POWER))?;
                 if b != b.floor() {
                     let (what, wanted) = ("a power", "a whole number; roots are taken by `sqrt`");
-                    return wrong(1, Problem::Shape { what, wanted });
+                    return wrong(1, Problem::Amount { what, wanted });
                 }
                 name.of(a, b, c)
             }
@@ -268,7 +268,7 @@ impl<'p> Evaluator<'p> {
             BuiltIn::Random => a + (b - a) * random(scope.path, site),
             BuiltIn::Sqrt if a < 0.0 => {
                 let (what, wanted) = ("what a root is taken of", "0 or more");
-                return wrong(0, Problem::Shape { what, wanted });
+                return wrong(0, Problem::Amount { what, wanted });
             }
             _ => name.of(a, b, c),
         };

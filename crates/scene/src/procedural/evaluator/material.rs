@@ -1,10 +1,10 @@
 //! What does a surface look like? Materials are computed once for each set of arguments.
 
+use super::terminal::{amount, shape};
 use super::{Evaluator, Outcome, Scope, listed};
 use crate::procedural::arithmetic::linear_light;
 use crate::procedural::grown::Surface;
 use crate::procedural::limits::reached;
-use crate::procedural::problem::Problem;
 use crate::procedural::random::step_name;
 use crate::procedural::syntax::{MaterialRule, Property, Written};
 use crate::procedural::value::Value;
@@ -93,17 +93,15 @@ impl<'p> Evaluator<'p> {
                 Value::Number(channel) if (0.0..=1.0).contains(channel) => Some(linear_light(*channel)),
                 _ => None,
             }),
-            _ => return self.error(scope.module, written.at, COLOUR),
+            _ => return self.error(scope.module, written.at, shape(COLOUR.0, COLOUR.1)),
         };
         let channels: Option<Vec<f64>> = channels.collect();
         match channels.as_deref() {
             Some(&[r, g, b]) => Ok([r, g, b]),
-            _ => self.error(scope.module, written.at, COLOUR),
+            _ if value.is_numbers(3) => self.error(scope.module, written.at, amount(COLOUR.0, COLOUR.1)),
+            _ => self.error(scope.module, written.at, shape(COLOUR.0, COLOUR.1)),
         }
     }
 }
 
-const COLOUR: Problem = Problem::Shape {
-    what: "a colour",
-    wanted: "`#rrggbb`, or three numbers from 0 to 1",
-};
+const COLOUR: (&str, &str) = ("a colour", "`#rrggbb`, or three numbers from 0 to 1");

@@ -227,7 +227,7 @@ impl<'p> Evaluator<'p> {
         let max = self.number_of(scope, most, "the most value")?;
         if min > max {
             let (what, wanted) = ("this range", "from the least value to the most");
-            return self.error(scope.module, least.at, Problem::Shape { what, wanted });
+            return self.error(scope.module, least.at, Problem::Amount { what, wanted });
         }
         let name = &parameter.formal.name;
         let problem = match *value {

@@ -141,7 +141,7 @@ impl<'p> Evaluator<'p> {
                 "`within`",
                 "from the corner of the least x, y and z to that of the most",
             );
-            return self.error(scope.module, least.at, Problem::Shape { what, wanted });
+            return self.error(scope.module, least.at, Problem::Amount { what, wanted });
         }
         Ok(Some(Bounds { min, max }))
     }

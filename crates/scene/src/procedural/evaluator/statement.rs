@@ -153,7 +153,7 @@ impl<'p> Evaluator<'p> {
                 let factors = if by.len() == 1 { [x; 3] } else { [x, y, z] };
                 if let Some(least) = by.iter().zip(numbers).find(|(_, factor)| factor.abs() < MIN_SCALE) {
                     let (what, wanted) = ("a scale", "0.000001 or more, or as much below 0");
-                    return self.error(scope.module, least.0.at, Problem::Shape { what, wanted });
+                    return self.error(scope.module, least.0.at, Problem::Amount { what, wanted });
                 }
                 turtle.frame.scaled(factors)
             }
@@ -164,7 +164,7 @@ impl<'p> Evaluator<'p> {
                 "the place to which this leads",
                 "within 1000000000 m, and no more times as large",
             );
-            return self.error(scope.module, at, Problem::Shape { what, wanted });
+            return self.error(scope.module, at, Problem::Amount { what, wanted });
         }
         Ok(Turtle { frame, ..*turtle })
     }

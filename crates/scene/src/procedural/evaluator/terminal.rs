@@ -103,7 +103,7 @@ impl<'p> Evaluator<'p> {
                 let profile = self.corners(scope, arguments[0].as_ref(), 2)?;
                 if profile.iter().any(|[radius, _]| *radius < 0.0) {
                     let at = outline_at(kind, arguments, place.1);
-                    return self.error(scope.module, at, shape("a radius of a profile", "0 or more"));
+                    return self.error(scope.module, at, amount("a radius of a profile", "0 or more"));
                 }
                 Solid::Lathe {
                     profile,
@@ -166,7 +166,7 @@ impl<'p> Evaluator<'p> {
         for face in faces.iter() {
             if face.len() < 3 || face.len() > MAX_CORNERS {
                 let wanted = "three corners or more, up to 256";
-                return self.error(place.0.module, outline_at, shape("a face", wanted));
+                return self.error(place.0.module, outline_at, amount("a face", wanted));
             }
             self.count_ears(place, face.len())?;
         }
@@ -255,7 +255,8 @@ impl<'p> Evaluator<'p> {
         self.coordinates(value).map_or_else(
             || {
                 let wanted = "`[x, y, z]`, each from -1000000 to 1000000";
-                self.error(scope.module, at, shape(what, wanted))
+                let wrong = if value.is_numbers(3) { amount } else { shape };
+                self.error(scope.module, at, wrong(what, wanted))
             },
             Ok,
         )
@@ -287,7 +288,9 @@ impl<'p> Evaluator<'p> {
             _ => None,
         };
         let wanted = "a list of `[x, z]`, each from -1000000 to 1000000: two or more in a profile, three or more around a polygon, up to 256";
-        corners.map_or_else(|| self.error(scope.module, at, shape("this outline", wanted)), Ok)
+        let is_outline = matches!(value, Value::List(items, _) if items.iter().all(|item| item.is_numbers(2)));
+        let wrong = if is_outline { amount } else { shape };
+        corners.map_or_else(|| self.error(scope.module, at, wrong("this outline", wanted)), Ok)
     }
 
     fn coordinates<const N: usize>(&self, value: &Value) -> Option<[f64; N]> {
@@ -340,4 +343,8 @@ fn faces_of(list: &Value, points: usize) -> Result<Faces, Problem> {
 
 pub(super) fn shape(what: &'static str, wanted: &'static str) -> Problem {
     Problem::Shape { what, wanted }
+}
+
+pub(super) fn amount(what: &'static str, wanted: &'static str) -> Problem {
+    Problem::Amount { what, wanted }
 }

@@ -1,6 +1,6 @@
 //! Which pictures does a part ask for, to be drawn with from far away?
 
-use super::terminal::{MAX_LENGTH, Place, shape};
+use super::terminal::{MAX_LENGTH, Place, amount};
 use super::{Evaluator, Outcome};
 use crate::impostor::Wish;
 use crate::procedural::problem::Problem;
@@ -21,7 +21,7 @@ impl<'p> Evaluator<'p> {
         let stride = number(4, (LEAST_STRIDE, MAX_LENGTH))?;
         let given_at = |index: usize| arguments[index].as_ref().map_or(at, |written| written.at);
         let Some(size_px) = Wish::SIZES_PX.into_iter().find(|size| f64::from(*size) == size_px) else {
-            return self.error(scope.module, given_at(1), shape("size", "16, 32, 64 or 128"));
+            return self.error(scope.module, given_at(1), amount("size", "16, 32, 64 or 128"));
         };
         let wish = Wish {
             views,
@@ -31,7 +31,7 @@ impl<'p> Evaluator<'p> {
             stride,
         };
         if !wish.fits() {
-            return self.error(scope.module, at, shape("views * size * frames", "at most 4096"));
+            return self.error(scope.module, at, amount("views * size * frames", "at most 4096"));
         }
         if frames > 1 && !self.accounts[self.part].has_phase {
             return self.error(scope.module, given_at(3), Problem::NoPhase);

@@ -4,6 +4,7 @@
 //! [`declaration`] reads what a file consists of, [`statement`], [`enumerator`] and [`expression`] what stands inside of
 //! that.
 
+mod dangling;
 mod declaration;
 mod enumerator;
 mod expression;
@@ -20,7 +21,8 @@ use super::limits::{MAX_AROUND, MAX_NAME, MAX_NESTING, MAX_TEXT_BYTES, reached};
 use super::problem::Problem;
 use super::spelling::nearest;
 use super::syntax::{Argument, At, Module, Written};
-use super::wording::is_unseen;
+use super::wording::{is_hidden, is_unseen};
+pub(super) use dangling::at_its_operator;
 pub use declaration::tidied;
 use declaration::{DECLARATIONS, is_blank};
 use reach::Reach;
@@ -41,7 +43,10 @@ pub(super) fn parse(file: &str, text: String) -> Result<Module, Box<DcgError>> {
             Ok(parser.module)
         })
     };
-    let mut module = parsed.map_err(|(at, problem)| DcgError::at(file, &text, at, problem))?;
+    let mut module = parsed.map_err(|wrong| {
+        let (at, problem) = at_its_operator(&text, wrong);
+        DcgError::at(file, &text, at, problem)
+    })?;
     module.file = file.to_owned();
     module.text = text;
     Ok(module)
@@ -232,7 +237,7 @@ impl<'t> Parser<'t> {
         if name.chars().all(|c| c == ' ' || is_unseen(c)) {
             return Err((at, Problem::EmptyName(word)));
         }
-        refuse_unseen(name, at, "letters in a name")?;
+        refuse_unseen(name, at, "letters in a name", |c| is_order(c) || is_hidden(c))?;
         Ok(name.to_owned())
     }
 
@@ -243,7 +248,7 @@ impl<'t> Parser<'t> {
         if is_blank(&path) {
             return Err((at, Problem::NoFile));
         }
-        refuse_unseen(&path, at, "letters in a path")?;
+        refuse_unseen(&path, at, "letters in a path", is_order)?;
         Ok(path)
     }
 
@@ -357,13 +362,13 @@ impl<'t> Declared<'t> {
     }
 }
 
-/// Refuses a text that is longer than anybody reads, or has an order in it to who shows it.
-fn refuse_unseen(text: &str, at: At, letters: &'static str) -> Parsed<()> {
+/// Refuses a text that is longer than anybody reads, or has a character in it that is not for who reads it.
+fn refuse_unseen(text: &str, at: At, letters: &'static str, is_other: impl Fn(char) -> bool) -> Parsed<()> {
     if text.chars().count() > MAX_NAME {
         return Err((at, reached(letters, MAX_NAME as u64)));
     }
-    match text.chars().find(|c| is_order(*c)) {
-        Some(order) => Err((at, Problem::Unseen(order))),
+    match text.chars().find(|c| is_other(*c)) {
+        Some(other) => Err((at, Problem::Unseen(other))),
         None => Ok(()),
     }
 }

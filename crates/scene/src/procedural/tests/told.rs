@@ -246,11 +246,48 @@ fn a_parameter_that_was_given_what_its_default_is_not_is_named_with_the_mistake(
         ("rule r() { r() } r()", "more than 64 levels"),
         ("box(-1, 1, 1)", "it must be from 0"),
         ("let a = [1] box(a[1], 1, 1)", "there is no item 1"),
+        ("scale(0) box(1, 1, 1)", "a scale must be"),
+        ("box(power(2, 0.5), 1, 1)", "a power must be"),
+        ("box(sqrt(-1), 1, 1)", "what a root is taken of must be"),
+        ("lathe([[-1, 0], [1, 1]])", "a radius of a profile must be"),
+        ("prism([[0, 0], [1, 1]], 1)", "this outline must be"),
+        ("polygon([[0, 0, 0], [1, 0, 0], [0, 2e6, 0]])", "a point must be"),
+        ("polygon([[0, 0, 0], [1, 0, 0]])", "a face must be"),
+        (
+            "material m { colour = [0, 0, 2] } paint m box(1, 1, 1)",
+            "a colour must be",
+        ),
+        (
+            "part p() within [1, 1, 1] to [0, 0, 0] { box(1, 1, 1) } p()",
+            "`within` must be",
+        ),
+        ("impostor(size = 3)", "size must be"),
     ] {
         let refused = grow(&read(&format!("{both}{wrong}")).unwrap(), &settings).unwrap_err();
         assert_eq!(refused.given, None, "{wrong}");
         assert!(refused.to_string().contains(said), "{refused}");
     }
+}
+
+/// A name that is given from outside may be as long as who gives it likes.
+#[test]
+fn no_more_is_repeated_of_what_was_given_than_of_a_line() {
+    let settings = Settings {
+        parameters: [("x".repeat(100_000), Value::Number(3.0))].into(),
+        ..Settings::default()
+    };
+    let program = read(&format!("parameter size = [{}] box(1, 1, 1)", "1, ".repeat(1000))).unwrap();
+    let refused = grow(&program, &settings).unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        format!(
+            "`{}…` is not a parameter of `test.dcg`; it takes `size`",
+            "x".repeat(120)
+        )
+    );
+    let told: Vec<String> = program.parameters_told().collect();
+    assert_eq!(told.len(), 1);
+    assert!(told[0].ends_with('…') && told[0].chars().count() < 150, "{}", told[0]);
 }
 
 #[test]
