@@ -62,8 +62,8 @@ pub(super) struct Looker<'a> {
 
 impl Looker<'_> {
     /// What one cell sees.
-    pub(super) fn see(&self, cell: usize, scratch: &mut Scratch) -> Found {
-        let surroundings = self.atlas.around(cell, self.proofs);
+    pub(super) fn see(&self, cell: usize, (observer, scratch): (&mut Observer<'_>, &mut Scratch)) -> Found {
+        let surroundings = self.atlas.around(cell, observer);
         let key = self.key(&surroundings);
         if let Some(found) = self
             .memory
@@ -99,7 +99,7 @@ impl Looker<'_> {
     fn look(&self, cell: usize, surroundings: &Surroundings, random: Random, scratch: &mut Scratch) -> Found {
         let eye = &self.atlas.eyes[cell];
         scratch.meet_only(&surroundings.objects);
-        let mut state = CellState::new(cell, self.sights.lookouts.len(), random);
+        let mut state = CellState::new(cell, random);
         let mut sampler = Sampler::new(self.sights, cell, &mut state, scratch);
         let uniform = sampler.look_around(self.sampled.rays_per_cell);
         let known: Vec<u32> = sampler
@@ -136,12 +136,11 @@ impl Looker<'_> {
         objects.sort_by(SeenObject::order);
         let not_hidden = not_hidden.iter().map(|number| surroundings.objects[*number as usize]);
         let open = not_hidden.filter(|object| !sightings.contains_key(object));
-        let cells = (0u32..).zip(&state.cells).filter(|(_, passed)| **passed);
         Found {
             open: open.map(|object| (object, marker.doors_of(object, None))).collect(),
             seen: CellVisibility {
                 objects,
-                cells: cells.map(|(cell, _)| cell).collect(),
+                cells: state.cells_passed(),
                 miss_bound: uniform.miss_bound,
                 rays: state.rays,
             },
