@@ -71,7 +71,9 @@ impl CellSet {
     fn cells(&self) -> impl Iterator<Item = usize> + '_ {
         let of_word = |(word, bits): &(u32, u64)| {
             let (word, bits) = (*word as usize, *bits);
-            (0..64).filter(move |bit| bits >> bit & 1 == 1).map(move |bit| 64 * word + bit)
+            (0..64)
+                .filter(move |bit| bits >> bit & 1 == 1)
+                .map(move |bit| 64 * word + bit)
         };
         self.0.iter().flat_map(of_word)
     }
