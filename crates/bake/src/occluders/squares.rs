@@ -351,18 +351,21 @@ mod tests {
     #[test]
     fn a_square_that_falls_into_too_many_pieces_is_open() {
         let is_covered = |fields: usize| {
-            let field = |i: usize, j: usize| {
+            let field = |(i, j): (usize, usize)| {
                 let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| p(i as f32, j as f32));
                 [[a, b, c], [a, c, d]]
             };
-            // As of a chessboard, the fields of one colour first.
-            let all = || (0..fields).flat_map(|i| (0..fields).map(move |j| (i, j)));
-            let of = |colour: usize| all().filter(move |(i, j)| (i + j) % 2 == colour);
-            let faces: Vec<_> = of(0).chain(of(1)).flat_map(|(i, j)| field(i, j)).collect();
-            let lines = [0, 1].map(|_| vec![0.0, fields as f32]);
+            // The dark fields of a chessboard, then one face that covers it all.
+            let all = (0..fields).flat_map(|i| (0..fields).map(move |j| (i, j)));
+            let dark = all.filter(|(i, j)| (i + j) % 2 == 0).flat_map(field);
+            let size = fields as f32;
+            let faces: Vec<_> = dark
+                .chain([[p(-size, -size), p(4.0 * size, -size), p(-size, 4.0 * size)]])
+                .collect();
+            let lines = [0, 1].map(|_| vec![0.0, size]);
             covered(faces.iter(), &lines, TOLERANCE)
         };
-        assert_eq!([is_covered(20), is_covered(70)], [[true], [false]]);
+        assert_eq!([is_covered(20), is_covered(80)], [[true], [false]]);
     }
 
     #[test]
