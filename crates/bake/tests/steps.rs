@@ -18,11 +18,14 @@ struct Stages(Mutex<Vec<(Stage, u64, u64)>>);
 
 impl Progress for Stages {
     fn start(&self, stage: Stage, steps: u64) {
-        self.0.lock().unwrap().push((stage, steps, 0));
+        self.0
+            .lock()
+            .expect("no other thread has panicked")
+            .push((stage, steps, 0));
     }
 
     fn advance(&self, steps: u64) {
-        if let Some((_, _, made)) = self.0.lock().unwrap().last_mut() {
+        if let Some((_, _, made)) = self.0.lock().expect("no other thread has panicked").last_mut() {
             *made += steps;
         }
     }
@@ -44,7 +47,8 @@ impl BlobSink for Nothing {
 
 /// The stages of a bake with a preview.
 fn stages(name: &str, text: &str) -> Vec<(Stage, u64, u64)> {
-    let imported = import(name, text.as_bytes().to_vec(), &Nothing, &Limits::default(), &Silent).unwrap();
+    let imported =
+        import(name, text.as_bytes().to_vec(), &Nothing, &Limits::default(), &Silent).expect("rules that grow");
     let settings = BakeSettings {
         visibility: VisibilitySettings {
             sampled: Some(SampledSettings {
@@ -66,8 +70,8 @@ fn stages(name: &str, text: &str) -> Vec<(Stage, u64, u64)> {
         first: Some(&|_| Ok(())),
         ..Host::taking(&Nothing)
     };
-    bake(source, &settings, &mut Defects::default(), &host).unwrap();
-    stages.0.into_inner().unwrap()
+    bake(source, &settings, &mut Defects::default(), &host).expect("a scene that bakes");
+    stages.0.into_inner().expect("no thread has panicked")
 }
 
 #[test]
