@@ -37,7 +37,7 @@ impl Cutting<'_> {
         let rejoined = self.partition.as_ref().map(rejoined);
         match rejoined.filter(|graph| graph.cells.len() < views.graph().cells.len()) {
             Some(graph) => {
-                let views = Views::of(self.world, &graph, self.hiders);
+                let views = Views::told(self.world, &graph, self.hiders, progress)?;
                 let visibility = visibility::preview(&views, &visibility::rough(&views, progress)?);
                 Ok((graph, visibility))
             }
@@ -45,7 +45,7 @@ impl Cutting<'_> {
         }
     }
 
-    /// The cells that are looked from, after a few looks where proofs may hide nothing.
+    /// The cells that are looked from, after a few looks where proofs may hide nothing; `None` for those that there are.
     pub(crate) fn tried(
         &self,
         views: &Views<'_>,
@@ -53,13 +53,13 @@ impl Cutting<'_> {
         settings: &VisibilitySettings,
         memory: &dyn Memory,
         progress: &dyn Progress,
-    ) -> Result<CellGraph, Cancelled> {
+    ) -> Result<Option<CellGraph>, Cancelled> {
         let Some(partition) = self.partition.as_ref().filter(|_| self.is_fine()) else {
-            return Ok(views.graph().clone());
+            return Ok(None);
         };
         let mut look = |cells: &[usize]| visibility::of_some(views, cells, settings, memory, progress);
         let tried = partition.tried(&objects(rough), &self.bytes, &mut look)?;
-        Ok(tried.graph(self.world))
+        Ok(Some(tried.graph(self.world)))
     }
 }
 

@@ -146,7 +146,10 @@ fn a_wall_across_a_vineyard_stays_a_cut() {
     };
     let rough = visibility::rough(&views, &Silent).unwrap();
     let memory = Forgetful;
-    let joined = cutting.tried(&views, &rough, &settings, &memory, &Silent).unwrap();
+    let joined = cutting
+        .tried(&views, &rough, &settings, &memory, &Silent)
+        .unwrap()
+        .unwrap();
     assert!(
         2 * joined.cells.len() < graph.cells.len(),
         "{} of {}",
@@ -191,7 +194,10 @@ fn rooms_stay_what_they_were() {
     };
     let settings = VisibilitySettings::default();
     let rough = visibility::rough(&views, &Silent).unwrap();
-    let tried = cutting.tried(&views, &rough, &settings, &Forgetful, &Silent).unwrap();
+    let tried = cutting
+        .tried(&views, &rough, &settings, &Forgetful, &Silent)
+        .unwrap()
+        .unwrap();
     let (first, _) = cutting.preview(&views, &rough, &Silent).unwrap();
     for graph in [&tried, &first] {
         let room = |i: u32| graph.cell_at([4.0 + 8.0 * f64::from(i % 2), 3.0, 4.0 + 8.0 * f64::from(i / 2)]);

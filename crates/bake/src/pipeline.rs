@@ -107,12 +107,15 @@ pub fn bake(
     host: &Host<'_>,
 ) -> Result<Written, BakeError> {
     let progress = host.progress;
-    const STEPS: u64 = 3;
+    /// Steps of sharing and splitting meshes, of making the world, and of making what hides ready for questions.
+    const SPLITTING: u64 = 1000;
+    const MAKING: u64 = 1000;
+    const READYING: u64 = 500;
     // Nothing later makes fewer of them, and all of it takes longer the more there are.
     world::check_placed(&source.scene)?;
     world::check_place(&source.scene)?;
     let sound = SoundCells::of(&source.scene.authored)?;
-    progress.start(Stage::Occluders, STEPS);
+    progress.start(Stage::Occluders, SPLITTING + MAKING + Hiders::STEPS + READYING);
     let mut scene = in_spatial_order(split::split(share(source.scene), &settings.split, defects));
     note_unseen(&scene, defects);
     // Who draws cells has looked which way they should stand.
@@ -122,19 +125,20 @@ pub fn bake(
         Frame::SOURCE
     };
     let unturned = frame.turn(&mut scene);
-    progress.advance(1);
+    progress.advance(SPLITTING);
     let world = World::new(&scene)?;
-    progress.advance(1);
+    progress.advance(MAKING);
     let viewpoints: Vec<[f64; 3]> = scene
         .viewpoints
         .iter()
         .map(|v| v.world_from_camera.w_axis.truncate().to_array())
         .collect();
     let drawn = cells::author::occluders(&world, &scene.authored, defects);
-    let hiders = Hiders::of(&world, drawn.iter().map(|drawn| drawn.body.clone()).collect());
+    let bodies = drawn.iter().map(|drawn| drawn.body.clone()).collect();
+    let hiders = Hiders::told(&world, bodies, progress)?;
     let scenery = Scenery::with(&world, hiders.occluders());
     note_leaky_doors(&scenery, &scene, defects);
-    progress.advance(1);
+    progress.advance(READYING);
     let (partition, graph) = if scene.authored.cells.is_empty() {
         let estimate = |graph: &CellGraph| visibility::glance(&world, &scenery, graph, progress);
         cells::author::note_portals(&scene.authored, defects);
@@ -142,7 +146,10 @@ pub fn bake(
         let graph = partition.graph(&world);
         (Some(partition), graph)
     } else {
-        (None, cells::author::joined(&sound, (&world, &scene.authored), defects)?)
+        (
+            None,
+            cells::author::joined(&sound, (&world, &scene.authored), defects, progress)?,
+        )
     };
     let vouched = Vouched {
         world: &world,
@@ -156,7 +163,7 @@ pub fn bake(
     }
     progress.expect(Stage::Visibility, graph.cells.len() as u64);
     unturned.put_back(&mut scene);
-    let views = Views::of(&world, &graph, &hiders);
+    let views = Views::told(&world, &graph, &hiders, progress)?;
     let bounds = if frame.is_source() {
         world.object_bounds().to_vec()
     } else {
@@ -200,10 +207,14 @@ pub fn bake(
         first(&write(&models, &frame.leave_with(graph), visibility)?)?;
     }
     let mut memory = Recent::over(host.memory);
-    let graph = cutting.tried(&views, &rough, &settings.visibility, &memory, progress)?;
+    let tried = cutting.tried(&views, &rough, &settings.visibility, &memory, progress)?;
     memory.close();
+    let views = match &tried {
+        Some(graph) => Views::told(&world, graph, &hiders, progress)?,
+        None => views,
+    };
+    let graph = views.graph();
     progress.expect(Stage::Visibility, graph.cells.len() as u64);
-    let views = Views::of(&world, &graph, &hiders);
     let placed = frame.leave_with(graph.clone());
     note_strays(&placed, &scene, defects);
     models.add_smooth(&lod, host.sink, progress)?;
@@ -324,9 +335,10 @@ fn note_passed(vouched: &Vouched<'_>, drawn: &[Drawn], frame: Frame, defects: &m
 
 /// Notes viewpoints from which nobody may look around.
 fn note_strays(graph: &CellGraph, scene: &SourceScene, defects: &mut Defects) {
+    let cells = graph.by_place();
     let stray = |viewpoint: &&SourceViewpoint| {
         let eye = viewpoint.world_from_camera.w_axis.truncate().to_array();
-        graph.cell_at(eye).is_none()
+        cells.cell_at(eye).is_none()
     };
     let strays: Vec<_> = scene.viewpoints.iter().filter(stray).collect();
     let kind = "viewpoint outside every cell, as inside a wall: linked to the nearest";

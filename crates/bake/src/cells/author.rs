@@ -6,7 +6,8 @@
 //! on one, so that neighbours leave no gap. Two cells are adjacent where faces of theirs lie on each other; the common
 //! part is the opening, unless `portal:` polygons on it say which parts of it are open.
 //!
-//! Cost: quadratic in the number of faces of all cells.
+//! Cost: only cells whose boxes meet are compared, and faces only with planes that lie about as they do, so it grows with the number of
+//! cells as long as each touches a few.
 
 use std::sync::Arc;
 
@@ -16,12 +17,15 @@ use glam::DVec3;
 use super::{
     flaw::{AuthorError, CellFlaw},
     hull::{CellHull, Unbounded, area_m2, clipped, convex_outline, normal},
+    near::{Boxes, grown},
     overlap::overlap_m,
+    shared_planes::share_planes,
     view_cell::{CellGraph, Portal, ViewCell},
 };
 use crate::{
     defect::Defects,
     occluders::{Body, tolerance_of},
+    progress::{Progress, Silent, Stage},
     source::{Authored, AuthoredShape, Said},
     world::World,
 };
@@ -30,6 +34,8 @@ use crate::{
 pub const TOLERANCE_M: f64 = 1e-3;
 /// A `portal:` polygon may lie so far off the faces that it is an opening of.
 const PORTAL_REACH_M: f64 = 0.05;
+/// Cells whose boxes are further apart than the tolerance and this share of their size do not touch.
+const NEAR: f64 = 1e-5;
 /// A cell may have so many faces: each travels with the index.
 pub(super) const MAX_FACES: usize = 128;
 /// All openings of a cell together may take so many bytes of its record. No more than 1 MiB of that is geometry, and its hull needs some.
@@ -46,19 +52,19 @@ pub(crate) struct SoundCells {
 
 /// A cell that was checked by itself.
 #[derive(Debug)]
-struct Checked {
+pub(super) struct Checked {
     node: String,
     said: Option<Arc<Said>>,
-    tolerance_m: f64,
+    pub(super) tolerance_m: f64,
     bounds: Bounds,
-    faces: Vec<FacePlane>,
+    pub(super) faces: Vec<FacePlane>,
 }
 
 /// The plane of a face: triangles on it, and then its place among all planes.
 #[derive(Debug)]
-struct FacePlane {
-    half: HalfSpace,
-    triangles: Vec<[DVec3; 3]>,
+pub(super) struct FacePlane {
+    pub(super) half: HalfSpace,
+    pub(super) triangles: Vec<[DVec3; 3]>,
 }
 
 /// Why a bake would refuse the author's cells before it has looked at anything else.
@@ -89,7 +95,7 @@ fn checked(authored: &Authored) -> Result<Vec<Checked>, AuthorError> {
 /// # Errors
 /// When a cell is not closed, not convex, without volume, overlaps another or has too many openings.
 pub fn build(world: &World, authored: &Authored, defects: &mut Defects) -> Result<CellGraph, AuthorError> {
-    joined(&SoundCells::of(authored)?, (world, authored), defects)
+    joined(&SoundCells::of(authored)?, (world, authored), defects, &Silent)
 }
 
 impl SoundCells {
@@ -109,9 +115,11 @@ impl SoundCells {
         share_planes(&mut checked);
         let hull = |cell: &Checked| cell.hull().map_err(|flaw| flaw.said(&cell.said));
         let hulls = checked.iter().map(hull).collect::<Result<Vec<_>, _>>()?;
-        for (i, a) in checked.iter().enumerate() {
-            for (j, b) in checked.iter().enumerate().skip(i + 1) {
-                let by_m = overlap_m(&hulls[i], &hulls[j]);
+        // Boxes that are apart have an axis that separates what is in them.
+        let boxes = Boxes::of(hulls.iter().map(CellHull::bounds).collect());
+        for (number, (a, hull)) in (0u32..).zip(checked.iter().zip(&hulls)) {
+            for other in boxes.after(number) {
+                let (b, by_m) = (&checked[other as usize], overlap_m(hull, &hulls[other as usize]));
                 if by_m > a.tolerance_m.max(b.tolerance_m) {
                     let flaw = CellFlaw::Overlap {
                         node: a.node.clone(),
@@ -134,7 +142,9 @@ pub(crate) fn joined(
     SoundCells { checked, hulls }: &SoundCells,
     (world, authored): (&World, &Authored),
     defects: &mut Defects,
+    progress: &dyn Progress,
 ) -> Result<CellGraph, AuthorError> {
+    progress.start(Stage::Cells, hulls.len() as u64);
     let mut graph = CellGraph {
         cells: hulls.iter().map(cell_of).collect(),
         voxel_m: TOLERANCE_M,
@@ -144,12 +154,19 @@ pub(crate) fn joined(
         },
     };
     let mut used = vec![false; authored.portals.len()];
-    for i in 0..hulls.len() {
-        for j in i + 1..hulls.len() {
-            for polygon in openings([&hulls[i], &hulls[j]], &authored.portals, &mut used) {
-                graph.join([i as u32, j as u32], &polygon);
+    let portals = Portals::of(&authored.portals);
+    let reaches = hulls.iter().map(|hull| {
+        let bounds = hull.bounds();
+        grown(&bounds, TOLERANCE_M + NEAR * bounds.diagonal_m())
+    });
+    let boxes = Boxes::of(reaches.collect());
+    for (number, hull) in (0u32..).zip(hulls) {
+        for other in boxes.after(number) {
+            for polygon in openings([hull, &hulls[other as usize]], &portals, &mut used) {
+                graph.join([number, other], &polygon);
             }
         }
+        progress.advance(1);
     }
     graph.settle();
     check_openings(&graph, checked)?;
@@ -231,6 +248,10 @@ pub(crate) struct Drawn {
 pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defects) -> Vec<Drawn> {
     let tolerance = tolerance_of(world);
     let mut drawn = Vec::new();
+    if authored.occluders.is_empty() {
+        return drawn;
+    }
+    let objects = Boxes::of(world.object_bounds().to_vec());
     for shape in &authored.occluders {
         let Ok(hull) = Checked::of(shape).and_then(|solid| solid.hull()) else {
             let kind = "author's occluder that is no closed convex solid: not used";
@@ -238,10 +259,9 @@ pub(crate) fn occluders(world: &World, authored: &Authored, defects: &mut Defect
             continue;
         };
         let bounds = hull.bounds();
-        let boxes = (0u32..).zip(world.object_bounds());
-        let around = boxes.filter(|(_, object)| object.contains(bounds.center()));
-        let smallest = around.min_by(|a, b| a.1.diagonal_m().total_cmp(&b.1.diagonal_m()));
-        let Some((object, _)) = smallest else {
+        let diagonal_m = |object: &u32| world.object_bounds()[*object as usize].diagonal_m();
+        let around = objects.holding(bounds.center()).into_iter();
+        let Some(object) = around.min_by(|a, b| diagonal_m(a).total_cmp(&diagonal_m(b))) else {
             let kind = "author's occluder inside no object: not used";
             defects.note(kind, 1, || shape.node.clone());
             continue;
@@ -377,43 +397,40 @@ fn box_area_m2(bounds: &Bounds) -> f64 {
     2.0 * (x * y + y * z + z * x)
 }
 
-fn height(half: &HalfSpace, point: &DVec3) -> f64 {
+pub(super) fn height(half: &HalfSpace, point: &DVec3) -> f64 {
     normal(half).dot(*point) - half[3]
 }
 
-/// Puts faces that lie in one plane, give or take the tolerance, on exactly one, turned either way.
-fn share_planes(cells: &mut [Checked]) {
-    let mut known: Vec<HalfSpace> = Vec::new();
-    for cell in cells {
-        for face in &mut cell.faces {
-            let near = |half: &HalfSpace| {
-                face.triangles
-                    .iter()
-                    .flatten()
-                    .all(|p| height(half, p).abs() <= cell.tolerance_m)
-            };
-            let straight = (0..3).find_map(|axis| {
-                let mut half = [0.0; 4];
-                half[axis] = face.half[axis].signum();
-                half[3] = half[axis] * face.triangles[0][0][axis];
-                near(&half).then_some(half)
-            });
-            let own = straight.unwrap_or(face.half);
-            let turned = |half: &HalfSpace| half.map(|x| -x);
-            let shared = known.iter().find(|half| near(half)).map(|half| {
-                let same_way = normal(half).dot(normal(&own)) > 0.0;
-                if same_way { *half } else { turned(half) }
-            });
-            face.half = shared.unwrap_or_else(|| {
-                known.push(own);
-                own
-            });
+/// What an author says is open, by place.
+struct Portals<'a> {
+    shapes: &'a [AuthoredShape],
+    boxes: Boxes,
+}
+
+impl<'a> Portals<'a> {
+    fn of(shapes: &'a [AuthoredShape]) -> Self {
+        let around = |shape: &AuthoredShape| {
+            let corners = shape.triangles.iter().flatten();
+            grown(
+                &Bounds::around(corners.map(DVec3::to_array)),
+                PORTAL_REACH_M + TOLERANCE_M,
+            )
+        };
+        Self {
+            shapes,
+            boxes: Boxes::of(shapes.iter().map(around).collect()),
         }
+    }
+
+    /// Those that may lie on a polygon, rising.
+    fn near(&self, polygon: &[DVec3]) -> impl Iterator<Item = usize> {
+        let around = Bounds::around(polygon.iter().map(DVec3::to_array));
+        self.boxes.meeting(&around).into_iter().map(|index| index as usize)
     }
 }
 
 /// The openings between two cells.
-fn openings([a, b]: [&CellHull; 2], portals: &[AuthoredShape], used: &mut [bool]) -> Vec<Vec<[f64; 3]>> {
+fn openings([a, b]: [&CellHull; 2], portals: &Portals<'_>, used: &mut [bool]) -> Vec<Vec<[f64; 3]>> {
     let near = 1e-9 * a.bounds().diagonal_m().max(b.bounds().diagonal_m());
     let mut openings = Vec::new();
     for (face, half) in a.planes.iter().enumerate() {
@@ -427,8 +444,9 @@ fn openings([a, b]: [&CellHull; 2], portals: &[AuthoredShape], used: &mut [bool]
         if area_m2(&common) <= least_area_m2(&common) {
             continue;
         }
-        let open: Vec<_> = (0..portals.len())
-            .filter_map(|index| Some((index, narrowed(&common, half, &portals[index])?)))
+        let open: Vec<_> = portals
+            .near(&common)
+            .filter_map(|index| Some((index, narrowed(&common, half, &portals.shapes[index])?)))
             .collect();
         for (index, _) in &open {
             used[*index] = true;

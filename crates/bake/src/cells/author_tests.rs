@@ -1,4 +1,5 @@
 use glam::DVec3;
+use proptest::prelude::*;
 
 use super::{
     AuthorError, author,
@@ -429,5 +430,84 @@ fn portals_without_cells_are_all_named_with_the_way_out() {
     assert_eq!(told.len(), 1);
     for part in ["2 × ", "(portal:front, portal:back)", "`cell:`"] {
         assert!(told[0].contains(part), "{told:?}");
+    }
+}
+
+/// Rooms in a lattice of which some are missing and some hexagonal, and polygons on some of the walls between them.
+fn lattice() -> impl Strategy<Value = (Vec<AuthoredShape>, Vec<AuthoredShape>)> {
+    let rooms = prop::collection::vec(0u8..4, 30);
+    let open = prop::collection::vec((0u8..6, 0u8..6, any::<bool>(), 0.0..0.06f64), 0..12);
+    (rooms, open).prop_map(|(rooms, open)| {
+        let room = |(at, kind): (usize, &u8)| {
+            let [x, z] = [at % 6, at / 6].map(|i| 4.0 * i as f64);
+            let footprint = match kind {
+                0 => return None,
+                1 => vec![
+                    [x, z + 1.0],
+                    [x + 1.0, z],
+                    [x + 4.0, z],
+                    [x + 4.0, z + 4.0],
+                    [x, z + 4.0],
+                ],
+                _ => vec![[x, z], [x + 4.0, z], [x + 4.0, z + 4.0], [x, z + 4.0]],
+            };
+            Some(prism("cell:room", &footprint, [0.0, 3.0]))
+        };
+        let polygon = |(x, z, across, off_m): (u8, u8, bool, f64)| {
+            let [x, z] = [x, z].map(|i| 4.0 * f64::from(i));
+            let place = |along: f64, y: f64| match across {
+                true => DVec3::new(x + along, y, z + off_m),
+                false => DVec3::new(x + off_m, y, z + along),
+            };
+            let [a, b, c, d] = [place(1.5, 0.0), place(2.5, 0.0), place(2.5, 2.0), place(1.5, 2.0)];
+            AuthoredShape {
+                node: "portal:p".to_owned(),
+                triangles: vec![[a, b, c], [a, c, d]],
+                said: None,
+            }
+        };
+        let rooms = rooms.iter().enumerate().filter_map(room);
+        (rooms.collect(), open.into_iter().map(polygon).collect())
+    })
+}
+
+/// The openings of all cells, each by the middles of both and its corners.
+fn openings_of(graph: &CellGraph) -> Vec<String> {
+    let mut openings: Vec<_> = graph
+        .cells
+        .iter()
+        .flat_map(|cell| {
+            cell.portals.iter().map(move |portal| {
+                let mut corners: Vec<_> = portal.polygon.iter().map(|corner| format!("{corner:.6?}")).collect();
+                corners.sort_unstable();
+                let [from, to] = [cell, &graph.cells[portal.to as usize]].map(ViewCell::center);
+                format!("{from:.6?} {to:.6?} {corners:?}")
+            })
+        })
+        .collect();
+    openings.sort_unstable();
+    openings
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn many_cells_have_the_openings_that_each_two_of_them_have_alone((rooms, open) in lattice()) {
+        let whole = cells(rooms.clone(), open.clone()).0.unwrap();
+        let mut of_pairs = Vec::new();
+        for (i, a) in rooms.iter().enumerate() {
+            for b in &rooms[i + 1..] {
+                of_pairs.extend(openings_of(&cells(vec![a.clone(), b.clone()], open.clone()).0.unwrap()));
+            }
+        }
+        of_pairs.sort_unstable();
+        prop_assert_eq!(openings_of(&whole), of_pairs);
+    }
+
+    #[test]
+    fn by_place_one_finds_the_cell_that_asking_each_finds((rooms, _) in lattice(), steps in prop::array::uniform3(-2i32..52)) {
+        let graph = cells(rooms, Vec::new()).0.unwrap();
+        let point = steps.map(|step| 0.5 * f64::from(step));
+        prop_assert_eq!(graph.by_place().cell_at(point), graph.cell_at(point));
     }
 }

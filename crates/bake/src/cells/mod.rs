@@ -31,10 +31,12 @@ mod flaw;
 mod grid;
 mod hull;
 mod merge;
+mod near;
 mod overlap;
 mod partition;
 mod portals;
 mod rejoin;
+mod shared_planes;
 mod view_cell;
 mod voxels;
 
@@ -59,6 +61,7 @@ pub use hull::CellHull;
 pub(crate) use hull::clipped;
 use partition::Tree;
 pub use rejoin::{Look, Partition};
+pub(crate) use view_cell::CellsByPlace;
 pub use view_cell::{CellGraph, Portal, ViewCell};
 use voxels::Voxels;
 pub(crate) use voxels::meets_box;
@@ -184,12 +187,17 @@ fn cut(
     let mut tree = Tree::cut(&voxels, &finer, (TRIALS * most).min(settings.max_cells));
     step()?;
     let seen = estimate(&graph_of(world, &tree))?;
+    // Merging: rays have been cast, and nobody takes that for a part of it.
+    progress.start(Stage::Cells, 1);
     let (mut seen, few_enough) = merge::merge(&mut tree, &seen, most);
+    step()?;
     if !few_enough {
         // Too many of them are held apart by walls: leave out the smallest walls.
         tree = Tree::cut(&voxels, settings, most);
         seen = estimate(&graph_of(world, &tree))?;
+        progress.start(Stage::Cells, 1);
         seen = merge::merge(&mut tree, &seen, most).0;
+        step()?;
     }
     Ok(Partition::new(tree, seen))
 }

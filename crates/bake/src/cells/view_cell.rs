@@ -6,7 +6,7 @@ use belvedere_scene::{
     record::Hull,
 };
 
-use super::hull::CellHull;
+use super::{hull::CellHull, near::Boxes};
 use crate::digest::{Digest, Digester};
 
 /// All view cells of a scene; a cell's index is its id. Neighbours in space have near ids.
@@ -45,12 +45,34 @@ pub struct Portal {
     pub door: Option<u32>,
 }
 
+/// Cells that can be found by place.
+pub(crate) struct CellsByPlace<'a> {
+    cells: &'a [ViewCell],
+    boxes: Boxes,
+}
+
+impl CellsByPlace<'_> {
+    /// As [`CellGraph::cell_at`].
+    pub(crate) fn cell_at(&self, point: [f64; 3]) -> Option<u32> {
+        let mut near = self.boxes.holding(point).into_iter();
+        near.find(|cell| self.cells[*cell as usize].contains(point))
+    }
+}
+
 impl CellGraph {
     /// The cell that contains a point in world space; the one with the smallest id where two touch.
     #[must_use]
     pub fn cell_at(&self, point: [f64; 3]) -> Option<u32> {
         let holder = self.cells.iter().position(|cell| cell.contains(point));
         holder.map(|index| index as u32)
+    }
+
+    /// The cells, for who asks about many points.
+    pub(crate) fn by_place(&self) -> CellsByPlace<'_> {
+        CellsByPlace {
+            cells: &self.cells,
+            boxes: Boxes::of(self.cells.iter().map(|cell| cell.bounds).collect()),
+        }
     }
 
     /// Adds an opening to both of its cells.

@@ -19,6 +19,7 @@ use super::{
 };
 use crate::{
     digest::{Digest, Digester},
+    progress::{Cancelled, Portion, Progress, Silent},
     world::World,
 };
 
@@ -30,6 +31,9 @@ const MOST_KEPT_BYTES: usize = 256 << 20;
 
 /// What each takes besides, also where there is no wall.
 const ENTRY_BYTES: usize = 128;
+
+/// Steps of progress that the leaves of doors take.
+const LEAVES: u64 = 500;
 
 /// Everything that hides in a world.
 pub struct Hiders<'a> {
@@ -47,6 +51,8 @@ pub struct Hiders<'a> {
     /// Groups that have a face of each object, rising.
     groups_of: Vec<Vec<u32>>,
     leaves: Vec<Known>,
+    /// Places of the leaves of each door among them.
+    leaves_of: BTreeMap<u32, Vec<usize>>,
     made: Mutex<Made>,
 }
 
@@ -74,15 +80,29 @@ impl Known {
 }
 
 impl<'a> Hiders<'a> {
+    /// Steps of progress that finding it takes.
+    pub const STEPS: u64 = solids::STEPS + planes::STEPS + LEAVES;
+
     /// Finds what hides in a world. `authored` are bodies that its author drew.
+    ///
+    /// # Panics
+    /// Never: nobody cancels it.
     #[must_use]
     pub fn of(world: &'a World, authored: Vec<Body>) -> Self {
+        Self::told(world, authored, &Silent).expect("nobody cancels it")
+    }
+
+    /// The same in [`STEPS`](Self::STEPS) steps of a stage.
+    ///
+    /// # Errors
+    /// When cancelled.
+    pub fn told(world: &'a World, authored: Vec<Body>, progress: &dyn Progress) -> Result<Self, Cancelled> {
         let tolerance = tolerance_of(world);
-        let found = solids::bodies(world, tolerance);
+        let found = solids::bodies(world, tolerance, progress)?;
         let mut bodies = [&found[..], &authored].concat();
         bodies.sort_by_key(|body| body.object);
-        let mut groups = planes::groups_by_area(world, tolerance);
-        let walls = planes::walls(&mut groups, world, tolerance);
+        let mut groups = planes::groups_by_area(world, tolerance, progress)?;
+        let walls = planes::walls(&mut groups, world, tolerance, progress)?;
         let object = |(face, _): &Face| world.triangle(*face).object;
         let objects_of: Vec<Vec<(u32, u32)>> = groups
             .iter()
@@ -101,7 +121,18 @@ impl<'a> Hiders<'a> {
                 groups_of[*object as usize].push(group);
             }
         }
-        Self {
+        let leaves = {
+            let portion = Portion::of(progress, LEAVES, world.doors().len() as u64);
+            leaves(world, tolerance, &portion)?
+        };
+        let leaves: Vec<_> = leaves.into_iter().map(Known::new).collect();
+        let mut leaves_of: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for (place, known) in leaves.iter().enumerate() {
+            if let Some(door) = known.wall.door {
+                leaves_of.entry(door).or_default().push(place);
+            }
+        }
+        Ok(Self {
             world,
             tolerance,
             bodies,
@@ -110,9 +141,10 @@ impl<'a> Hiders<'a> {
             walls: walls.into_iter().map(Known::new).collect(),
             objects_of,
             groups_of,
-            leaves: leaves(world, tolerance).into_iter().map(Known::new).collect(),
+            leaves,
+            leaves_of,
             made: Mutex::default(),
-        }
+        })
     }
 
     /// All of it, but for what hides on an author's word alone.
@@ -158,11 +190,14 @@ impl<'a> Hiders<'a> {
         let mut walls: Vec<Known> = by_group.filter_map(|pairs| self.wall(pairs)).collect();
         // In an order that nothing else in the world decides.
         walls.sort_by_key(|known| known.digest);
-        let leaves = self.leaves.iter().filter_map(|known| {
-            let number = objects.binary_search(&known.wall.door?).ok()?;
-            let mut leaf = (*known.wall).clone();
-            leaf.door = Some(number as u32);
-            Some(Known::new(leaf))
+        let doors = (0u32..).zip(objects);
+        let of_door = |(number, door): (u32, &u32)| Some((number, self.leaves_of.get(door)?));
+        let leaves = doors.filter_map(of_door).flat_map(|(number, places)| {
+            places.iter().map(move |place| {
+                let mut leaf = (*self.leaves[*place].wall).clone();
+                leaf.door = Some(number);
+                Known::new(leaf)
+            })
         });
         walls.extend(leaves);
         digester.count(walls.len());

@@ -12,10 +12,19 @@ use super::{
     wall::{Tolerance, Wall},
 };
 use crate::{
+    progress::{Cancelled, Portion, Progress},
     random::GOLDEN,
     world::{Triangle, World},
 };
 
+/// Steps of progress that finding groups takes …
+const GROUPS: u64 = 1500;
+/// … and making walls of them …
+const WALLS: u64 = 1500;
+/// … and both.
+pub(super) const STEPS: u64 = GROUPS + WALLS;
+/// Triangles that are done are told of so many at a time.
+const AT_A_TIME: usize = 1 << 16;
 /// At most this many walls.
 const MAX_WALLS: usize = 8192;
 /// At most this many squares in all walls together.
@@ -50,21 +59,46 @@ pub(super) fn min_width_m(world: &World) -> f32 {
 }
 
 /// Groups of faces that may be walls, largest first.
-pub(super) fn groups_by_area(world: &World, tolerance: Tolerance) -> Vec<Group> {
-    let mut groups = groups(world, tolerance, min_area_m2(world));
+///
+/// # Errors
+/// When cancelled.
+pub(super) fn groups_by_area(
+    world: &World,
+    tolerance: Tolerance,
+    progress: &dyn Progress,
+) -> Result<Vec<Group>, Cancelled> {
+    let mut groups = groups(world, tolerance, min_area_m2(world), progress)?;
     groups.retain(|group| group.area_m2 >= min_area_m2(world));
     groups.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.faces[0].0.cmp(&b.faces[0].0)));
     groups.truncate(MAX_WALLS);
-    groups
+    Ok(groups)
 }
 
 /// The walls that groups make, but for narrow ones, whose groups go; none for groups after which memory would not suffice.
-pub(super) fn walls(groups: &mut Vec<Group>, world: &World, tolerance: Tolerance) -> Vec<Wall> {
+///
+/// # Errors
+/// When cancelled.
+pub(super) fn walls(
+    groups: &mut Vec<Group>,
+    world: &World,
+    tolerance: Tolerance,
+    progress: &dyn Progress,
+) -> Result<Vec<Wall>, Cancelled> {
+    let faces = groups.iter().map(|group| group.faces.len() as u64);
+    let portion = Portion::of(progress, WALLS, faces.sum());
     let mut squares = 0;
     let mut walls = Vec::with_capacity(groups.len());
     let mut is_kept = vec![true; groups.len()];
     'all: for (some, is_kept) in groups.chunks(AT_ONCE).zip(is_kept.chunks_mut(AT_ONCE)) {
-        let made: Vec<_> = some.par_iter().map(|group| group.wall(world, tolerance)).collect();
+        let made = some.par_iter().map(|group| {
+            if portion.cancelled() {
+                return Err(Cancelled);
+            }
+            let wall = group.wall(world, tolerance);
+            portion.advance(group.faces.len() as u64);
+            Ok(wall)
+        });
+        let made = made.collect::<Result<Vec<_>, _>>()?;
         for (wall, is_kept) in made.into_iter().zip(is_kept) {
             squares += wall.lines[0].len() * wall.lines[1].len();
             if squares > MAX_SQUARES {
@@ -76,16 +110,24 @@ pub(super) fn walls(groups: &mut Vec<Group>, world: &World, tolerance: Tolerance
     }
     let mut is_kept = is_kept.into_iter();
     groups.retain(|_| is_kept.next().unwrap_or(true));
-    walls
+    Ok(walls)
 }
 
 /// Groups of faces; those that have less than this area need not be among them.
-fn groups(world: &World, tolerance: Tolerance, least_m2: f32) -> Vec<Group> {
+fn groups(
+    world: &World,
+    tolerance: Tolerance,
+    least_m2: f32,
+    progress: &dyn Progress,
+) -> Result<Vec<Group>, Cancelled> {
     let step_m = 8.0 * tolerance.plane_m;
-    let areas = Areas::of(world, step_m);
+    // All triangles are looked at once for areas and once for groups.
+    let portion = Portion::of(progress, GROUPS, 2 * world.triangle_count() as u64);
+    let areas = Areas::of(world, step_m, &portion)?;
     let mut groups: Vec<Group> = Vec::new();
     let mut by_key: BTreeMap<Key, Vec<u32>> = BTreeMap::new();
     for (index, triangle) in world.triangles().enumerate() {
+        tell(index, &portion)?;
         let Some(Plane { normal, offset, hides }) = plane_of(&triangle).filter(|plane| plane.hides != [false; 2])
         else {
             continue;
@@ -115,7 +157,18 @@ fn groups(world: &World, tolerance: Tolerance, least_m2: f32) -> Vec<Group> {
         group.area_m2 += triangle.area_m2();
         group.faces.push((index as u32, hides));
     }
-    groups
+    Ok(groups)
+}
+
+/// Tells now and then of triangles that are done, of which this is the next.
+fn tell(triangle: usize, progress: &dyn Progress) -> Result<(), Cancelled> {
+    if triangle > 0 && triangle.is_multiple_of(AT_A_TIME) {
+        progress.advance(AT_A_TIME as u64);
+        if progress.cancelled() {
+            return Err(Cancelled);
+        }
+    }
+    Ok(())
 }
 
 /// Planes with one key, or with offsets that differ by a step, may be one.
@@ -135,15 +188,16 @@ impl Areas {
     /// A group may hold faces that are a step away from its first one, to either side.
     const REACH: i64 = 2;
 
-    fn of(world: &World, step_m: f32) -> Self {
+    fn of(world: &World, step_m: f32, progress: &dyn Progress) -> Result<Self, Cancelled> {
         let mut areas = vec![0.0; Self::PLACES];
-        for triangle in world.triangles() {
+        for (index, triangle) in world.triangles().enumerate() {
+            tell(index, progress)?;
             if let Some(Plane { normal, offset, .. }) = plane_of(&triangle) {
                 let (steps, step) = key(normal, offset, step_m);
                 areas[Self::place(steps, step)] += f64::from(triangle.area_m2());
             }
         }
-        Self(areas)
+        Ok(Self(areas))
     }
 
     fn place(steps: [i32; 3], step: i64) -> usize {
@@ -229,7 +283,7 @@ impl Group {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::plan::Builder;
+    use crate::{cells::plan::Builder, progress::Silent};
 
     #[test]
     fn a_small_face_does_not_tilt_the_wall_that_is_left_when_others_are_gone() {
@@ -254,7 +308,7 @@ mod tests {
             plane_m: 2e-4,
             hole_m: 1e-3,
         };
-        let groups = groups(&world, tolerance, 0.0);
+        let groups = groups(&world, tolerance, 0.0, &Silent).unwrap();
         assert_eq!(groups.len(), 1);
         let part = Group::of_some(groups[0].faces[1..].to_vec(), &world, tolerance).unwrap();
         for (face, _) in &part.faces {

@@ -27,8 +27,14 @@ use super::{
     parts::{Part, bits, parts},
     rest,
 };
-use crate::{cells::meets_box, world::World};
+use crate::{
+    cells::meets_box,
+    progress::{Cancelled, Portion, Progress},
+    world::World,
+};
 
+/// Steps of progress that finding bodies takes.
+pub(super) const STEPS: u64 = 5000;
 /// Parts of more triangles than this are not searched for boxes.
 const MAX_FILLED_TRIANGLES: usize = 20_000;
 /// A convex part with more faces than this is filled with boxes instead.
@@ -52,8 +58,12 @@ struct Found {
 }
 
 /// The bodies of all objects, by object. On every side they are as much smaller than the geometry as holes are closed.
-pub(super) fn bodies(world: &World, tolerance: Tolerance) -> Vec<Body> {
+///
+/// # Errors
+/// When cancelled.
+pub(super) fn bodies(world: &World, tolerance: Tolerance, progress: &dyn Progress) -> Result<Vec<Body>, Cancelled> {
     let min_size_m = world.small_m();
+    let portion = Portion::of(progress, STEPS, world.triangle_count() as u64);
     let of_object = |object: u32| -> Vec<Found> {
         let bounds = &world.object_bounds()[object as usize];
         if bounds.is_empty() || (bounds.diagonal_m() as f32) < min_size_m {
@@ -74,8 +84,16 @@ pub(super) fn bodies(world: &World, tolerance: Tolerance) -> Vec<Body> {
         found
     };
     let objects = (0..world.object_bounds().len() as u32).into_par_iter();
-    let found = objects.map(of_object).collect::<Vec<_>>().concat();
-    found.into_iter().map(|found| found.body).collect()
+    let found = objects.map(|object| {
+        if portion.cancelled() {
+            return Err(Cancelled);
+        }
+        let found = of_object(object);
+        portion.advance(world.triangle_count_of(object) as u64);
+        Ok(found)
+    });
+    let found = found.collect::<Result<Vec<_>, _>>()?.concat();
+    Ok(found.into_iter().map(|found| found.body).collect())
 }
 
 impl Part<'_> {
@@ -332,7 +350,7 @@ mod tests {
         super::{Region, tolerance_of},
         *,
     };
-    use crate::cells::plan::Builder;
+    use crate::{cells::plan::Builder, progress::Silent};
 
     /// The body of a block of 100 × 30 × 20 m that is turned by this, beside a plain.
     fn body(turned: f64) -> (Body, f32) {
@@ -350,7 +368,7 @@ mod tests {
         );
         let world = World::new(&builder.scene).unwrap();
         let tolerance = tolerance_of(&world);
-        let mut bodies = bodies(&world, tolerance);
+        let mut bodies = bodies(&world, tolerance, &Silent).unwrap();
         assert_eq!(bodies.len(), 1);
         (bodies.remove(0), tolerance.hole_m)
     }
@@ -387,7 +405,7 @@ mod tests {
     fn below_a_roof_its_house_hides_and_nothing_beside_that() {
         let roof_hides = |eaves_m: f32, z: f64| {
             let world = tower(eaves_m, 100.0);
-            let bodies = bodies(&world, tolerance_of(&world));
+            let bodies = bodies(&world, tolerance_of(&world), &Silent).unwrap();
             let roof = bodies.iter().find(|body| !body.planes.is_empty()).expect("a roof");
             let eye = region(&world, [-21.0, 0.8, -0.1], [-20.0, 0.9, 0.1]);
             let thing = region(&world, [40.0, 0.0, z - 0.1], [40.5, 1.5, z + 0.1]);
@@ -431,7 +449,7 @@ mod tests {
             let world = open_roofed(eaves_m);
             let at =
                 |[x, y, z]: [f64; 3]| region(&world, [x - 0.01, y - 0.01, z - 0.01], [x + 0.01, y + 0.01, z + 0.01]);
-            let bodies = bodies(&world, tolerance_of(&world));
+            let bodies = bodies(&world, tolerance_of(&world), &Silent).unwrap();
             let of_roof = |body: &&Body| body.object == 0 && body.open_below && body.hides;
             assert!(bodies.iter().filter(of_roof).count() > 1, "it is filled with boxes");
             let (eye, thing) = (at(eye), at(thing));
@@ -458,7 +476,7 @@ mod tests {
             builder.block("far", [x, 0.0, 0.0], [x + 1.0, 1.0, 1.0]);
         }
         let world = World::new(&builder.scene).unwrap();
-        let bodies = bodies(&world, tolerance_of(&world));
+        let bodies = bodies(&world, tolerance_of(&world), &Silent).unwrap();
         let panel = bodies.iter().find(|body| body.object == panel).unwrap();
         let hides = |bottom_m: f64, top_m: f64| {
             let eye = region(&world, [0.0, bottom_m, -1.0], [2.0, 1.0, 1.0]);

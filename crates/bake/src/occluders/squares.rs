@@ -3,7 +3,7 @@
 //! between them are closed; corners sharper than a right angle no further than that beyond the corner, or a fan of slivers would
 //! close what is as wide as they are long.
 //!
-//! Cost: squares times the faces that meet them, little for squares of which a corner or the middle is bare.
+//! Cost: squares times the faces that meet them and the pieces that these leave, little for squares of which a corner or the middle is bare.
 
 use std::ops::Range;
 
@@ -13,6 +13,9 @@ use super::wall::Tolerance;
 
 /// At most this many lines along an axis of a wall.
 const MAX_LINES: usize = 256;
+/// A square of which more pieces than this are left, as where a whole town stands in one, is taken to be open: each face more would have to
+/// be taken away from all of them.
+const MAX_PIECES: usize = 2048;
 
 /// Where corners lie along an axis; where there are too many, those on the longest edges across it.
 pub(super) fn lines(faces: &[([Vec2; 3], [bool; 2])], axis: usize, tolerance: Tolerance) -> Vec<f32> {
@@ -80,6 +83,10 @@ pub(super) fn covered<'a>(
             if !rest.is_empty() {
                 let mut pieces = Vec::new();
                 rest.drain(..).for_each(|piece| knife.cut(piece, &mut pieces));
+                if pieces.len() > MAX_PIECES {
+                    pieces.truncate(1);
+                    bare[index] = 1;
+                }
                 *rest = pieces;
             }
         });
@@ -339,6 +346,26 @@ mod tests {
             [true],
             "a gap that is narrower than a hole"
         );
+    }
+
+    #[test]
+    fn a_square_that_falls_into_too_many_pieces_is_open() {
+        let is_covered = |fields: usize| {
+            let field = |(i, j): (usize, usize)| {
+                let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| p(i as f32, j as f32));
+                [[a, b, c], [a, c, d]]
+            };
+            // The dark fields of a chessboard, then one face that covers it all.
+            let all = (0..fields).flat_map(|i| (0..fields).map(move |j| (i, j)));
+            let dark = all.filter(|(i, j)| (i + j) % 2 == 0).flat_map(field);
+            let size = fields as f32;
+            let faces: Vec<_> = dark
+                .chain([[p(-size, -size), p(4.0 * size, -size), p(-size, 4.0 * size)]])
+                .collect();
+            let lines = [0, 1].map(|_| vec![0.0, size]);
+            covered(faces.iter(), &lines, TOLERANCE)
+        };
+        assert_eq!([is_covered(20), is_covered(80)], [[true], [false]]);
     }
 
     #[test]

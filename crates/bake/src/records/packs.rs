@@ -45,34 +45,59 @@ struct File {
     cells: CellSet,
 }
 
-/// A set of cells: one bit for each.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-struct CellSet(Vec<u64>);
+/// A set of cells: one bit for each, in words of which only those are there that hold some, rising. So it takes no more than its cells.
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct CellSet(Vec<(u32, u64)>);
 
 impl CellSet {
-    fn none(count: usize) -> Self {
-        Self(vec![0; count.div_ceil(64)])
-    }
-
     fn insert(&mut self, cell: usize) {
-        self.0[cell / 64] |= 1 << (cell % 64);
+        let (word, bit) = ((cell / 64) as u32, 1 << (cell % 64));
+        match self.0.binary_search_by_key(&word, |(word, _)| *word) {
+            Ok(place) => self.0[place].1 |= bit,
+            Err(place) => self.0.insert(place, (word, bit)),
+        }
     }
 
     fn contains(&self, cell: usize) -> bool {
-        self.0[cell / 64] >> (cell % 64) & 1 == 1
+        let word = self.0.binary_search_by_key(&((cell / 64) as u32), |(word, _)| *word);
+        word.is_ok_and(|place| self.0[place].1 >> (cell % 64) & 1 == 1)
     }
 
     fn count(&self) -> u64 {
-        self.0.iter().map(|word| u64::from(word.count_ones())).sum()
+        self.0.iter().map(|(_, bits)| u64::from(bits.count_ones())).sum()
+    }
+
+    /// Its cells, rising.
+    fn cells(&self) -> impl Iterator<Item = usize> + '_ {
+        let of_word = |(word, bits): &(u32, u64)| {
+            let (word, bits) = (*word as usize, *bits);
+            (0..64)
+                .filter(move |bit| bits >> bit & 1 == 1)
+                .map(move |bit| 64 * word + bit)
+        };
+        self.0.iter().flat_map(of_word)
     }
 
     fn shared_with(&self, other: &Self) -> u64 {
-        let words = self.0.iter().zip(&other.0);
-        words.map(|(a, b)| u64::from((a & b).count_ones())).sum()
+        let (mut shared, mut others) = (0, other.0.iter().peekable());
+        for (word, bits) in &self.0 {
+            while others.next_if(|(other, _)| other < word).is_some() {}
+            if let Some((_, other)) = others.next_if(|(other, _)| other == word) {
+                shared += u64::from((bits & other).count_ones());
+            }
+        }
+        shared
     }
 
     fn add(&mut self, other: &Self) {
-        self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a |= b);
+        let mut all: Vec<(u32, u64)> = self.0.iter().chain(&other.0).copied().collect();
+        all.sort_by_key(|(word, _)| *word);
+        all.dedup_by(|next, kept| {
+            let is_same = next.0 == kept.0;
+            kept.1 |= if is_same { next.1 } else { 0 };
+            is_same
+        });
+        self.0 = all;
     }
 }
 
@@ -91,7 +116,7 @@ pub(super) fn write(
     for (number, model) in models.models.iter().enumerate() {
         let level = coarsest(model);
         file_of.push(*places.entry(&level.url).or_insert_with(|| {
-            let (bytes, cells) = (level.bytes, CellSet::none(seen.len()));
+            let (bytes, cells) = (level.bytes, CellSet::default());
             files.push((number, File { bytes, cells }));
             files.len() - 1
         }));
@@ -235,7 +260,7 @@ impl Ord for Joint {
 fn join(groups: Vec<Group>) -> Vec<Group> {
     let wanted: u64 = groups.iter().map(|g| g.bytes * g.cells.count()).sum();
     let mut waste_left = (wanted as f64 * MOST_WASTE / (1.0 - MOST_WASTE)) as u64;
-    let mut around = CellSet::none(groups.first().map_or(0, |group| group.cells.0.len() * 64));
+    let mut around = CellSet::default();
     groups.iter().for_each(|group| around.add(&group.cells));
     let few = FEW_REQUESTS * around.count() as f64;
     let mut requests: u64 = groups.iter().map(|group| group.cells.count()).sum();
@@ -300,10 +325,10 @@ fn requests_per_crossing(files: &[File], groups: &[Vec<usize>], cells: &[ViewCel
     let crossings: usize = cells.iter().map(|cell| cell.adjacent.len()).sum();
     let new_in = |group: &Vec<usize>| {
         let around = cells_of(files, group);
-        let entered = cells.iter().enumerate().filter(|(number, _)| around.contains(*number));
+        let entered = around.cells().map(|cell| &cells[cell]);
         let lacks = |before: &&u32| !around.contains(**before as usize);
         let before = |cell: &ViewCell| cell.adjacent.iter().filter(lacks).count();
-        entered.map(|(_, cell)| before(cell)).sum::<usize>()
+        entered.map(before).sum::<usize>()
     };
     groups.iter().map(new_in).sum::<usize>() as f64 / crossings.max(1) as f64
 }
@@ -330,7 +355,7 @@ mod tests {
     const CELLS: usize = 70;
 
     fn file(bytes: u64, cells: impl IntoIterator<Item = usize>) -> File {
-        let mut set = CellSet::none(CELLS);
+        let mut set = CellSet::default();
         cells.into_iter().for_each(|cell| set.insert(cell));
         File { bytes, cells: set }
     }
@@ -367,6 +392,18 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn a_set_of_cells_is_a_set(of in prop::array::uniform2(prop::collection::btree_set(0usize..300, 0..60))) {
+            let [a, b] = &of;
+            let [mut set, other] = [a, b].map(|cells| file(1, cells.iter().rev().copied()).cells);
+            prop_assert_eq!(set.shared_with(&other), a.intersection(b).count() as u64);
+            set.add(&other);
+            let both: Vec<usize> = a.union(b).copied().collect();
+            prop_assert_eq!(set.count(), both.len() as u64);
+            prop_assert!((0..320).all(|cell| set.contains(cell) == both.contains(&cell)));
+            prop_assert_eq!(set.cells().collect::<Vec<_>>(), both);
+        }
+
         #[test]
         fn every_wanted_file_is_in_one_group_and_little_is_wasted(
             wants in prop::collection::vec((1u64..20_000, 0usize..CELLS, 0usize..30), 1..60)

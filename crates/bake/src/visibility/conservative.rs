@@ -106,6 +106,11 @@ impl<'a> Observer<'a> {
         }
     }
 
+    /// From now on it knows no more than a new one.
+    pub(super) fn forget(&mut self) {
+        self.prover.forget();
+    }
+
     /// From now on these doors are closed, and no others.
     pub fn close(&mut self, doors: &[u32]) {
         self.prover.close(doors);

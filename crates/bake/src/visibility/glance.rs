@@ -6,6 +6,7 @@
 //! *Visibility preprocessing for interactive walkthroughs* (1991). Of that, only what the cheapest proofs do not hide from a few
 //! eyes counts: the air over a town is seen into from every street, but not all that stands under it is seen.
 
+use belvedere_scene::Bounds;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -14,6 +15,7 @@ use super::{
     conservative::{Observer, Scenery},
     random::Random,
     sampler::{CellState, Sampler, Scratch, Sighting},
+    segment,
     sights::Sights,
     targets::Lookout,
 };
@@ -55,7 +57,7 @@ pub fn glance(
     // By place, so that a cell more elsewhere changes nothing here.
     let stream = |cell: usize| Random::stream(SEED, graph.cells[cell].digest_of_shape().number());
     let mut states: Vec<_> = (0..count)
-        .map(|cell| CellState::with_cells(cell, count, stream(cell)))
+        .map(|cell| CellState::with_cells(cell, stream(cell)))
         .collect();
     // Cells reach into things, and who is inside sees out through all of them.
     let may_be = |eye: Vec3| !scenery.blocker.holds(eye);
@@ -82,7 +84,8 @@ pub fn glance(
         if progress.cancelled() {
             return Err(Cancelled);
         }
-        let near = state.cells().flat_map(|into| objects_in[into as usize].iter().copied());
+        let into = state.cells.iter();
+        let near = into.flat_map(|cell| objects_in[*cell as usize].iter().copied());
         let mut near: Vec<u32> = near.collect();
         near.sort_unstable();
         near.dedup();
@@ -113,9 +116,8 @@ fn run(
     progress: &dyn Progress,
     work: impl Fn(usize, &mut Sampler<'_>) + Sync,
 ) -> Result<(), Cancelled> {
-    let objects = sights.world.object_bounds().len();
     states.par_iter_mut().enumerate().try_for_each_init(
-        || Scratch::new(objects),
+        || Scratch::new(sights),
         |scratch, (cell, state)| {
             if progress.cancelled() {
                 return Err(Cancelled);
@@ -152,32 +154,38 @@ fn news(graph: &CellGraph, states: &[CellState], tried: &[Vec<u32>]) -> Vec<Vec<
 
 /// Objects whose boxes meet each cell, or meet none and this is the nearest, rising.
 fn objects_in(sights: &Sights<'_>) -> Vec<Vec<u32>> {
-    let world = sights.world;
-    let boxes: Vec<_> = (0u32..)
-        .zip(world.object_bounds())
-        .filter(|(_, bounds)| !bounds.is_empty())
-        .map(|(object, bounds)| (object, world.relative(bounds.min), world.relative(bounds.max)))
-        .collect();
-    let meets = |l: &Lookout, min: Vec3, max: Vec3| {
+    let (world, lookouts) = (sights.world, &sights.lookouts);
+    let around = |l: &Lookout| {
         let margin = 0.01 * (l.max - l.min);
-        min.cmple(l.max + margin).all() && max.cmpge(l.min - margin).all()
+        [l.min - margin, l.max + margin]
     };
-    let mut objects_in: Vec<Vec<u32>> = vec![Vec::new(); sights.lookouts.len()];
-    for (object, min, max) in boxes {
-        let mut met = false;
-        for (list, lookout) in objects_in.iter_mut().zip(&sights.lookouts) {
-            if meets(lookout, min, max) {
-                met = true;
-                list.push(object);
-            }
-        }
-        // What meets no cell, in a niche or in the air, stands near whoever is nearest.
+    let tree = segment::tree(lookouts.iter().map(around), 0.0);
+    // What meets no cell, in a niche or in the air, stands near whoever is nearest.
+    let nearest = |min: Vec3, max: Vec3| {
         let away_m = |l: &Lookout| (l.min - max).max(min - l.max).max(Vec3::ZERO).length();
-        let cells = 0..sights.lookouts.len();
-        let nearest = cells.min_by(|a, b| away_m(&sights.lookouts[*a]).total_cmp(&away_m(&sights.lookouts[*b])));
-        if let Some(nearest) = nearest.filter(|_| !met) {
-            objects_in[nearest].push(object);
+        (0..lookouts.len()).min_by(|a, b| away_m(&lookouts[*a]).total_cmp(&away_m(&lookouts[*b])))
+    };
+    let cells_of = |bounds: &Bounds| {
+        let mut cells = Vec::new();
+        if bounds.is_empty() {
+            return cells;
         }
+        let (min, max) = (world.relative(bounds.min), world.relative(bounds.max));
+        segment::each_in(&tree, &Region::of_box(min, max), |cell| {
+            let [low, high] = around(&lookouts[cell as usize]);
+            if min.cmple(high).all() && max.cmpge(low).all() {
+                cells.push(cell as usize);
+            }
+        });
+        if cells.is_empty() {
+            cells.extend(nearest(min, max));
+        }
+        cells
+    };
+    let cells_of: Vec<Vec<usize>> = world.object_bounds().par_iter().map(cells_of).collect();
+    let mut objects_in: Vec<Vec<u32>> = vec![Vec::new(); lookouts.len()];
+    for (object, cells) in (0u32..).zip(cells_of) {
+        cells.into_iter().for_each(|cell| objects_in[cell].push(object));
     }
     objects_in
 }

@@ -75,8 +75,8 @@ pub(super) struct Looker<'a> {
 
 impl Looker<'_> {
     /// What one cell sees.
-    pub(super) fn see(&self, cell: usize, scratch: &mut Scratch) -> Found {
-        let surroundings = self.atlas.around(cell, self.proofs);
+    pub(super) fn see(&self, cell: usize, (observer, scratch): (&mut Observer<'_>, &mut Scratch)) -> Found {
+        let surroundings = self.atlas.around(cell, observer);
         let key = self.key(&surroundings);
         scratch.meet_only(&surroundings.objects);
         let kept = self.memory.recall(&key);
@@ -97,11 +97,11 @@ impl Looker<'_> {
 
     /// The cells that a cell sees into, rising, itself among them.
     fn cells_seen(&self, cell: usize, sightings: &[Sighting], random: Random, scratch: &mut Scratch) -> Vec<u32> {
-        let mut state = CellState::with_cells(cell, self.sights.lookouts.len(), random);
+        let mut state = CellState::with_cells(cell, random);
         let mut sampler = Sampler::new(self.sights, cell, &mut state, scratch);
         sampler.retrace(self.sampled.rays_per_cell / FOR_CELLS, sightings);
         drop(sampler);
-        state.cells().collect()
+        state.cells_passed()
     }
 
     /// A digest of all that decides the answer.

@@ -63,7 +63,7 @@ use crate::{
     cells::CellGraph,
     memory::Memory,
     occluders::Hiders,
-    progress::{Cancelled, Progress, Stage},
+    progress::{Cancelled, Progress, Silent, Stage},
     random::GOLDEN,
     world::World,
 };
@@ -200,13 +200,31 @@ pub struct Views<'a> {
 
 impl<'a> Views<'a> {
     /// Prepares a world, its cells and what hides.
+    ///
+    /// # Panics
+    /// Never: nobody cancels it.
     #[must_use]
     pub fn of(world: &'a World, graph: &'a CellGraph, hiders: &'a Hiders<'a>) -> Self {
-        Self {
-            graph,
-            atlas: Atlas::of(world, graph, hiders),
-            sights: Sights::of(world, graph),
-        }
+        Self::told(world, graph, hiders, &Silent).expect("nobody cancels it")
+    }
+
+    /// The same, with somebody who hears how far it is.
+    ///
+    /// # Errors
+    /// When cancelled.
+    pub fn told(
+        world: &'a World,
+        graph: &'a CellGraph,
+        hiders: &'a Hiders<'a>,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        /// Steps of finding which cells a sight line passes.
+        const SIGHTS: u64 = 500;
+        progress.start(Stage::Cells, Atlas::STEPS + SIGHTS);
+        let atlas = Atlas::of(world, graph, hiders, progress)?;
+        let sights = Sights::of(world, graph);
+        progress.advance(SIGHTS);
+        Ok(Self { graph, atlas, sights })
     }
 
     /// The cells.
@@ -324,12 +342,12 @@ fn look(looker: &Looker<'_>, order: &[usize], progress: &dyn Progress) -> Result
     let mut found: Vec<(usize, Found)> = order
         .par_iter()
         .map_init(
-            || Scratch::new(looker.sights.world.object_bounds().len()),
-            |scratch, cell| {
+            || (looker.atlas.observer(looker.proofs), Scratch::new(looker.sights)),
+            |(observer, scratch), cell| {
                 if progress.cancelled() {
                     return Err(Cancelled);
                 }
-                let found = looker.see(*cell, scratch);
+                let found = looker.see(*cell, (observer, scratch));
                 progress.advance(1);
                 Ok((*cell, found))
             },

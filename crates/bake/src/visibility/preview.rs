@@ -4,7 +4,9 @@
 use belvedere_scene::record::Guarantee;
 use rayon::prelude::*;
 
-use super::{CellVisibility, Method, SeenObject, UNSEEN_FRACTION, Views, Visibility, join_both_ends};
+use super::{
+    CellVisibility, Method, SeenObject, UNSEEN_FRACTION, Views, Visibility, conservative::Observer, join_both_ends,
+};
 use crate::progress::{Cancelled, Progress, Stage};
 
 /// What a first revision is published as, whichever method is wanted.
@@ -21,15 +23,16 @@ pub fn rough(views: &Views<'_>, progress: &dyn Progress) -> Result<Rough, Cancel
     let count = views.graph.cells.len();
     progress.start(Stage::Preview, count as u64);
     let scenery = views.atlas.with_cells();
-    let glimpse = |cell: usize| {
+    let glimpse = |observer: &mut Observer<'_>, cell: usize| {
         if progress.cancelled() {
             return Err(Cancelled);
         }
-        let found = views.atlas.not_hidden(&scenery, cell, METHOD.proofs());
+        let found = views.atlas.not_hidden(cell, observer);
         progress.advance(1);
         Ok(found)
     };
-    (0..count).into_par_iter().map(glimpse).collect()
+    let observer = || Observer::new(&scenery, METHOD.proofs().rough());
+    (0..count).into_par_iter().map_init(observer, glimpse).collect()
 }
 
 /// Such sets as they are published first, in order of the solid angles of boxes. They say nothing of doors: who closes one is shown

@@ -138,6 +138,11 @@ impl<'a> Prover<'a> {
         2.0 * self.blocker.occluders.tolerance.plane_m
     }
 
+    /// From now on nothing counts that worked lately.
+    pub(super) fn forget(&mut self) {
+        self.recent.iter_mut().flatten().for_each(Vec::clear);
+    }
+
     /// From now on these doors are closed, and no others.
     pub fn close(&mut self, doors: &[u32]) {
         self.closed = doors.to_vec();

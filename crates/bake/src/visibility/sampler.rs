@@ -43,8 +43,8 @@ pub(super) struct CellState {
     pub(super) random: Random,
     /// In order of discovery, each object once.
     pub(super) seen: Vec<Sighting>,
-    /// For each cell whether a sight line passes through; nothing where nobody asks.
-    pub(super) cells: Vec<bool>,
+    /// Cells that a sight line passes through, each once; nothing where nobody asks.
+    pub(super) cells: Vec<u32>,
     pub(super) rays: u64,
 }
 
@@ -59,20 +59,19 @@ impl CellState {
         }
     }
 
-    /// Knows nothing but itself, and asks which of so many cells it sees into.
-    pub(super) fn with_cells(cell: usize, cells: usize, random: Random) -> Self {
+    /// Knows nothing but itself, and asks which cells it sees into.
+    pub(super) fn with_cells(cell: usize, random: Random) -> Self {
         Self {
-            cells: (0..cells).map(|other| other == cell).collect(),
+            cells: vec![cell as u32],
             ..Self::new(random)
         }
     }
 
-    /// The cells that it sees into, rising.
-    pub(super) fn cells(&self) -> impl Iterator<Item = u32> {
-        (0u32..)
-            .zip(&self.cells)
-            .filter(|(_, passed)| **passed)
-            .map(|(cell, _)| cell)
+    /// Cells that a sight line passes through, rising.
+    pub(super) fn cells_passed(&self) -> Vec<u32> {
+        let mut cells = self.cells.clone();
+        cells.sort_unstable();
+        cells
     }
 }
 
@@ -106,19 +105,26 @@ pub(super) struct Uniform {
 
 /// What one thread needs besides, whichever cell it works on.
 pub(super) struct Scratch {
-    /// Objects that rays can meet.
+    /// Objects that rays can meet, …
     here: Vec<bool>,
+    /// … which are these, if they are not all.
+    only: Option<Vec<u32>>,
     known: Vec<bool>,
+    /// Cells that a sight line passes through.
+    passing: Vec<bool>,
     hits: Vec<u32>,
     pub(super) passed: Vec<Hit>,
     fresh: Vec<Sighting>,
 }
 
 impl Scratch {
-    pub(super) fn new(objects: usize) -> Self {
+    pub(super) fn new(sights: &Sights<'_>) -> Self {
+        let objects = sights.world.object_bounds().len();
         Self {
             here: vec![true; objects],
+            only: None,
             known: vec![false; objects],
+            passing: vec![false; sights.lookouts.len()],
             hits: vec![0; objects],
             passed: Vec::new(),
             fresh: Vec::new(),
@@ -127,10 +133,14 @@ impl Scratch {
 
     /// From now on rays meet these objects and no others.
     pub(super) fn meet_only(&mut self, objects: &[u32]) {
-        self.here.fill(false);
+        match self.only.take() {
+            Some(before) => before.iter().for_each(|object| self.here[*object as usize] = false),
+            None => self.here.fill(false),
+        }
         for object in objects {
             self.here[*object as usize] = true;
         }
+        self.only = Some(objects.to_vec());
     }
 }
 
@@ -148,6 +158,9 @@ impl Drop for Sampler<'_> {
         for sighting in &self.state.seen {
             self.scratch.known[sighting.object as usize] = false;
         }
+        for cell in &self.state.cells {
+            self.scratch.passing[*cell as usize] = false;
+        }
         self.scratch.fresh.clear();
     }
 }
@@ -156,6 +169,9 @@ impl<'a> Sampler<'a> {
     pub(super) fn new(sights: &'a Sights<'a>, cell: usize, state: &'a mut CellState, scratch: &'a mut Scratch) -> Self {
         for sighting in &state.seen {
             scratch.known[sighting.object as usize] = true;
+        }
+        for cell in &state.cells {
+            scratch.passing[*cell as usize] = true;
         }
         Self {
             sights,
@@ -212,7 +228,8 @@ impl<'a> Sampler<'a> {
         let end = self.shoot(eye, direction);
         if !self.state.cells.is_empty() {
             let reach = end.map_or(f32::MAX, |hit| hit.t);
-            self.sights.mark(eye, direction, reach, &mut self.state.cells);
+            let (passing, cells) = (&mut self.scratch.passing[..], &mut self.state.cells);
+            self.sights.mark(eye, direction, reach, (passing, cells));
         }
     }
 

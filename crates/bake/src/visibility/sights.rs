@@ -23,8 +23,8 @@ impl<'a> Sights<'a> {
         }
     }
 
-    /// Marks the cells that a sight line passes, up to `reach` lengths of `direction`.
-    pub(super) fn mark(&self, eye: Vec3, direction: Vec3, reach: f32, marks: &mut [bool]) {
+    /// Marks and lists the cells that a sight line passes, up to `reach` lengths of `direction`, and that are not marked yet.
+    pub(super) fn mark(&self, eye: Vec3, direction: Vec3, reach: f32, (marks, listed): (&mut [bool], &mut Vec<u32>)) {
         let ray = Ray::new(eye.into(), direction.into(), 0.0, reach);
         self.tree.ray_traverse_anyhit(ray, |ray, index| {
             let cell = self.tree.primitive_indices[index] as usize;
@@ -33,6 +33,7 @@ impl<'a> Sights<'a> {
             if !marks[cell] && lookout.around().intersect_ray(ray) < reach && lookout.solid.as_ref().is_none_or(passes)
             {
                 marks[cell] = true;
+                listed.push(cell as u32);
             }
         });
     }

@@ -22,6 +22,7 @@ use crate::{
     cells::CellGraph,
     digest::{Digest, Digester},
     occluders::{Hiders, Region},
+    progress::{Cancelled, Portion, Progress},
     world::World,
 };
 
@@ -33,6 +34,11 @@ const STEP: u32 = 2;
 const MOST_GROWTH: usize = 2;
 /// … or no more than so many objects.
 const FEW: usize = 64;
+
+/// Steps of progress of making a scenery of objects and cells, of telling objects apart, and cells.
+const SCENERY: u64 = 500;
+const OBJECTS: u64 = 1000;
+const CELLS: u64 = 200;
 
 /// A world as its cells divide it up.
 pub(super) struct Atlas<'a> {
@@ -66,20 +72,50 @@ impl Surroundings {
 }
 
 impl<'a> Atlas<'a> {
-    pub(super) fn of(world: &World, graph: &CellGraph, hiders: &'a Hiders<'a>) -> Self {
-        let eyes: Vec<_> = graph.cells.iter().map(|cell| Region::of_cell(world, cell)).collect();
+    /// Steps of progress that making one takes.
+    pub(super) const STEPS: u64 = SCENERY + OBJECTS + CELLS;
+
+    pub(super) fn of(
+        world: &World,
+        graph: &CellGraph,
+        hiders: &'a Hiders<'a>,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        let eyes: Vec<_> = graph
+            .cells
+            .par_iter()
+            .map(|cell| Region::of_cell(world, cell))
+            .collect();
         let targets = Scenery::targets_of(world);
-        Self {
+        let all = Scenery::new(hiders.found(), targets.clone());
+        progress.advance(SCENERY);
+        let portion = Portion::of(progress, OBJECTS, world.triangle_count() as u64);
+        let digest_of = |object: u32| {
+            if portion.cancelled() {
+                return Err(Cancelled);
+            }
+            let digest = world.digest_of(object);
+            portion.advance(world.triangle_count_of(object) as u64);
+            Ok(digest)
+        };
+        let objects = (0..targets.len() as u32).into_par_iter().map(digest_of);
+        let objects = objects.collect::<Result<Vec<_>, _>>()?;
+        drop(portion);
+        let cells = graph.cells.par_iter().map(|cell| cell.digest()).collect();
+        progress.advance(CELLS);
+        Ok(Self {
             hiders,
             eyes,
-            all: Scenery::new(hiders.found(), targets.clone()),
-            objects: (0..targets.len() as u32)
-                .into_par_iter()
-                .map(|object| world.digest_of(object))
-                .collect(),
+            all,
+            objects,
             targets,
-            cells: graph.cells.iter().map(|cell| cell.digest()).collect(),
-        }
+            cells,
+        })
+    }
+
+    /// Who takes rough looks at objects with these kinds of proof, from one cell after the other.
+    pub(super) fn observer(&self, proofs: ConservativeSettings) -> Observer<'_> {
+        Observer::new(&self.all, proofs.rough())
     }
 
     /// Bodies, and the boxes of objects, then of cells.
@@ -89,24 +125,20 @@ impl<'a> Atlas<'a> {
         Scenery::behind(Arc::clone(&self.all.blocker), targets)
     }
 
-    /// Objects and cells, itself among them, that a rough look from a cell cannot prove hidden with these kinds of proof, both rising.
-    pub(super) fn not_hidden(
-        &self,
-        with_cells: &Scenery,
-        cell: usize,
-        proofs: ConservativeSettings,
-    ) -> (Vec<u32>, Vec<u32>) {
-        let mut objects = self.from_parts(with_cells, cell, proofs);
+    /// Objects and cells, itself among them, that a rough look from a cell cannot prove hidden, both rising. The observer looks at
+    /// what is [`with_cells`](Self::with_cells).
+    pub(super) fn not_hidden(&self, cell: usize, observer: &mut Observer<'_>) -> (Vec<u32>, Vec<u32>) {
+        let mut objects = self.from_parts(cell, observer);
         let count = self.targets.len() as u32;
         let cells = objects.split_off(objects.partition_point(|number| *number < count));
         (objects, cells.into_iter().map(|number| number - count).collect())
     }
 
     /// What a rough look from some part of a cell cannot prove hidden, rising.
-    fn from_parts(&self, scenery: &Scenery, cell: usize, proofs: ConservativeSettings) -> Vec<u32> {
-        // One that knows nothing of other cells, so that they do not decide what is proved.
-        let mut observer = Observer::new(scenery, proofs.rough());
-        from_parts(&mut observer, &self.eyes[cell])
+    fn from_parts(&self, cell: usize, observer: &mut Observer<'_>) -> Vec<u32> {
+        // Other cells do not decide what is proved.
+        observer.forget();
+        from_parts(observer, &self.eyes[cell])
     }
 
     /// The solid angle of the box around an object from the middle of a cell, in steradians, above 0.
@@ -116,9 +148,9 @@ impl<'a> Atlas<'a> {
         target.map_or(0.0, |target| target.solid_angle_sr(eye)).max(LEAST_SR)
     }
 
-    /// The surroundings of a cell where only these kinds of proof count.
-    pub(super) fn around(&self, cell: usize, proofs: ConservativeSettings) -> Surroundings {
-        let objects = self.from_parts(&self.all, cell, proofs);
+    /// The surroundings of a cell where only an [`observer`](Self::observer)'s kinds of proof count.
+    pub(super) fn around(&self, cell: usize, observer: &mut Observer<'_>) -> Surroundings {
+        let objects = self.from_parts(cell, observer);
         let mut digester = Digester::default();
         digester.add(self.cells[cell]).count(objects.len());
         for object in &objects {

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::{conservative::Scenery, random::Random};
 use crate::{
-    cells::CellGraph,
+    cells::{CellGraph, CellsByPlace},
     occluders::Body,
     world::{Hit, World},
 };
@@ -40,16 +40,25 @@ impl Vouched<'_> {
     /// A place in each body, in world space, at which a sight line passes it, where one was found.
     pub(crate) fn passed(&self, bodies: &[&Body]) -> Vec<Option<DVec3>> {
         let tries = (ALL_TRIES / bodies.len().max(1)).clamp(LEAST_TRIES, TRIES);
+        if bodies.is_empty() {
+            return Vec::new();
+        }
+        let cells = self.graph.by_place();
         let look = |(number, body): (usize, &&Body)| {
             let (mut random, mut met) = (Random::stream(SEED, number as u64), Vec::new());
-            let place = (0..tries).find_map(|_| self.passed_at(body, &mut random, &mut met))?;
+            let place = (0..tries).find_map(|_| self.passed_at(body, &cells, (&mut random, &mut met)))?;
             Some(DVec3::from(self.world.absolute(place)))
         };
         bodies.par_iter().enumerate().map(look).collect()
     }
 
     /// A place in a body, if some sight line passes it there.
-    fn passed_at(&self, body: &Body, random: &mut Random, met: &mut Vec<Hit>) -> Option<Vec3> {
+    fn passed_at(
+        &self,
+        body: &Body,
+        cells: &CellsByPlace<'_>,
+        (random, met): (&mut Random, &mut Vec<Hit>),
+    ) -> Option<Vec3> {
         let place = body.min + random.cube() * (body.max - body.min);
         if !body.contains(place) {
             return None;
@@ -65,7 +74,7 @@ impl Vouched<'_> {
         }
         let clear_m = met.first().or(end.as_ref()).map_or(reach_m, |first| first.t);
         let eye = place - clear_m * random.unit() * direction;
-        let stands = self.graph.cell_at(self.world.absolute(eye)).is_some() && !self.scenery.blocker.holds(eye);
+        let stands = cells.cell_at(self.world.absolute(eye)).is_some() && !self.scenery.blocker.holds(eye);
         let wide_m = WIDE * self.scenery.blocker.occluders.tolerance.hole_m;
         let (u, v) = direction.any_orthonormal_pair();
         let mut eyes = [Vec3::ZERO, u, -u, v, -v].into_iter().map(|aside| eye + wide_m * aside);

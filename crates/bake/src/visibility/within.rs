@@ -7,10 +7,10 @@
 //!
 //! What bodies leave of a shape that is not convex is known as bodies that hide nothing ([`crate::occluders`], `rest`).
 
-use glam::{Vec3, Vec3A};
-use obvhs::{aabb::Aabb, bvh2::Bvh2};
+use glam::Vec3;
+use obvhs::bvh2::Bvh2;
 
-use super::segment;
+use super::segment::{self, each_in};
 use crate::{
     groups::Groups,
     occluders::{Body, Region},
@@ -72,19 +72,6 @@ impl Solids {
         solids.sort_unstable();
         solids.dedup();
         solids
-    }
-}
-
-/// Visits at least the bodies whose boxes meet a region's.
-fn each_in(tree: &Bvh2, region: &Region, mut visit: impl FnMut(u32)) {
-    let aabb = Aabb::new(Vec3A::from(region.min), Vec3A::from(region.max));
-    if !tree.nodes.is_empty() {
-        tree.aabb_traverse(aabb, |tree, leaf| {
-            let node = &tree.nodes[leaf as usize];
-            let held = node.first_index..node.first_index + node.prim_count;
-            held.for_each(|at| visit(tree.primitive_indices[at as usize]));
-            true
-        });
     }
 }
 

@@ -23,7 +23,10 @@ use self::{
     section::{Section, Solid},
 };
 use super::{Tolerance, Wall, Way, parts::parts, squares};
-use crate::world::{Triangle, World};
+use crate::{
+    progress::{Cancelled, Progress},
+    world::{Triangle, World},
+};
 
 /// Faces across which sight lines run at a smaller sine than this cover nothing.
 const EDGE_ON: f32 = 1e-3;
@@ -39,8 +42,14 @@ const MOST_EDGES: usize = 40;
 const STEP: f32 = 0.015;
 
 /// The leaves of all doors of a world; each has one at least, which may hide nothing.
-pub(super) fn leaves(world: &World, tolerance: Tolerance) -> Vec<Wall> {
+///
+/// # Errors
+/// When cancelled.
+pub(super) fn leaves(world: &World, tolerance: Tolerance, progress: &dyn Progress) -> Result<Vec<Wall>, Cancelled> {
     let of = |door: &u32| {
+        if progress.cancelled() {
+            return Err(Cancelled);
+        }
         let triangles: Vec<_> = world.triangles_of(*door).iter().map(|face| face.closed()).collect();
         let mut leaves = if triangles.is_empty() {
             Vec::new()
@@ -48,9 +57,11 @@ pub(super) fn leaves(world: &World, tolerance: Tolerance) -> Vec<Wall> {
             leaves_of(&triangles, &beside::beside(world, *door), tolerance)
         };
         leaves.iter_mut().for_each(|leaf| leaf.door = Some(*door));
-        leaves
+        progress.advance(1);
+        Ok(leaves)
     };
-    world.doors().par_iter().map(of).collect::<Vec<_>>().concat()
+    let leaves = world.doors().par_iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    Ok(leaves.concat())
 }
 
 /// A door in its own frame.
