@@ -48,7 +48,7 @@ use crate::{
 };
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 29;
+const BAKE_VERSION: u32 = 30;
 
 /// So long a scene's name for people may be.
 pub(crate) const MOST_TITLE_BYTES: usize = 200;

@@ -5,7 +5,7 @@ use crate::{
     cells::{CellGraph, Partition},
     memory::Memory,
     occluders::Hiders,
-    progress::{Cancelled, Progress},
+    progress::{Cancelled, Progress, Stage},
     visibility::{self, Rough, Views, Visibility, VisibilitySettings},
     world::World,
 };
@@ -37,7 +37,7 @@ impl Cutting<'_> {
         let rejoined = self.partition.as_ref().map(rejoined);
         match rejoined.filter(|graph| graph.cells.len() < views.graph().cells.len()) {
             Some(graph) => {
-                let views = Views::told(self.world, &graph, self.hiders, progress)?;
+                let views = Views::told(self.world, &graph, self.hiders, (Stage::Preview, progress))?;
                 let visibility = visibility::preview(&views, &visibility::rough(&views, progress)?);
                 Ok((graph, visibility))
             }

@@ -163,7 +163,7 @@ pub fn bake(
     }
     progress.expect(Stage::Visibility, graph.cells.len() as u64);
     unturned.put_back(&mut scene);
-    let views = Views::told(&world, &graph, &hiders, progress)?;
+    let views = Views::told(&world, &graph, &hiders, (Stage::Cells, progress))?;
     let bounds = if frame.is_source() {
         world.object_bounds().to_vec()
     } else {
@@ -210,7 +210,7 @@ pub fn bake(
     let tried = cutting.tried(&views, &rough, &settings.visibility, &memory, progress)?;
     memory.close();
     let views = match &tried {
-        Some(graph) => Views::told(&world, graph, &hiders, progress)?,
+        Some(graph) => Views::told(&world, graph, &hiders, (Stage::Trial, progress))?,
         None => views,
     };
     let graph = views.graph();
@@ -275,7 +275,10 @@ fn note_leaky_doors(scenery: &Scenery, scene: &SourceScene, defects: &mut Defect
 /// Notes doors that no portal names where the author has drawn what there is to close.
 fn note_doors_of_no_portal((world, graph): (&World, &CellGraph), scene: &SourceScene, defects: &mut Defects) {
     let idle = graph.idle_doors(world);
-    let (partial, elsewhere): (Vec<_>, Vec<_>) = idle.into_iter().partition(|(_, lies_in_one)| *lies_in_one);
+    let in_openings = graph.doors_in_openings(world, &idle);
+    let (partial, elsewhere): (Vec<u32>, Vec<u32>) = idle
+        .into_iter()
+        .partition(|door| in_openings.binary_search(door).is_ok());
     for (kind, doors) in [
         (
             "door that no portal names, for its leaf covers only a part of an opening between the author's cells: make it cover all of that, \
@@ -288,9 +291,8 @@ fn note_doors_of_no_portal((world, graph): (&World, &CellGraph), scene: &SourceS
             elsewhere,
         ),
     ] {
-        let first = || doors[0].0;
         defects.note(kind, doors.len() as u64, || {
-            placed_door(scene, (world, Frame::SOURCE), first())
+            placed_door(scene, (world, Frame::SOURCE), doors[0])
         });
     }
 }
@@ -304,7 +306,7 @@ fn note_doors_without_use(
 ) {
     let seen = visibility.cells.iter().flat_map(|cell| &cell.objects);
     let hiding: BTreeSet<u32> = seen.flat_map(|seen| seen.doors.iter().copied()).collect();
-    let idle = graph.idle_doors(world).into_iter().map(|(door, _)| door);
+    let idle = graph.idle_doors(world).into_iter();
     let useless: Vec<u32> = idle.filter(|door| !hiding.contains(door)).collect();
     let kind = "door that hides nothing when it is closed, and covers no opening that was found between cells as it stands: to close an \
                 opening, draw it as it stands when it is closed, over all of that";

@@ -227,20 +227,6 @@ pub struct Material {
     pub double_sided: bool,
 }
 
-impl Material {
-    /// Whether it has a texture of any kind.
-    #[must_use]
-    pub fn shows_pictures(&self) -> bool {
-        fn any(value: &serde_json::Value) -> bool {
-            value.as_object().is_some_and(|members| {
-                let mut members = members.iter().filter(|(name, _)| *name != "extras");
-                members.any(|(name, value)| name.ends_with("Texture") || any(value))
-            })
-        }
-        any(&self.gltf)
-    }
-}
-
 /// A picture with a way of sampling it.
 #[derive(Debug, Clone)]
 pub struct Texture {

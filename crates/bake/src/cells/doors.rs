@@ -144,16 +144,29 @@ impl CellGraph {
         }
     }
 
-    /// Doors that no opening names, and for each whether it lies in one all the same, of which it covers a part only.
-    pub(crate) fn idle_doors(&self, world: &World) -> Vec<(u32, bool)> {
-        let portals = || self.cells.iter().flat_map(|cell| &cell.portals);
-        let named: BTreeSet<u32> = portals().filter_map(|portal| portal.door).collect();
+    /// Doors that no opening names, rising.
+    pub(crate) fn idle_doors(&self, world: &World) -> Vec<u32> {
+        let portals = self.cells.iter().flat_map(|cell| &cell.portals);
+        let named: BTreeSet<u32> = portals.filter_map(|portal| portal.door).collect();
         let idle = world.doors().iter().filter(|door| !named.contains(door));
-        let lies_in_one = |door: u32| {
-            let cover = Cover::of(world, door);
-            cover.is_some_and(|cover| portals().any(|portal| cover.lies_in(world, &portal.polygon, self.voxel_m)))
-        };
-        idle.map(|door| (*door, lies_in_one(*door))).collect()
+        idle.copied().collect()
+    }
+
+    /// Which of some doors lie in an opening, though they may cover a part of it only; rising as they are.
+    pub(crate) fn doors_in_openings(&self, world: &World, doors: &[u32]) -> Vec<u32> {
+        let covers: Vec<_> = doors.iter().filter_map(|door| Cover::of(world, *door)).collect();
+        let boxes = Boxes::of(covers.iter().map(|cover| cover.around(world, self.voxel_m)).collect());
+        let mut lying = BTreeSet::new();
+        for portal in self.cells.iter().flat_map(|cell| &cell.portals) {
+            let around = Bounds::around(portal.polygon.iter().copied());
+            for number in boxes.meeting(&around) {
+                let cover = &covers[number as usize];
+                if !lying.contains(&cover.door) && cover.lies_in(world, &portal.polygon, self.voxel_m) {
+                    lying.insert(cover.door);
+                }
+            }
+        }
+        lying.into_iter().collect()
     }
 }
 

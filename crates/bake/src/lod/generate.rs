@@ -4,6 +4,8 @@
 //! distances or, where that is more, how far off is what is painted ([`Looks`]), and it is what clients switch levels by: so the
 //! smaller one wins.
 
+use std::cell::OnceCell;
+
 use crate::lod::collapse::{Collapsed, SourceShapes};
 use crate::lod::error::{hausdorff_bound, hausdorff_bound_of};
 use crate::lod::looks::Looks;
@@ -22,8 +24,8 @@ pub struct Generator<'a> {
     shapes: SourceShapes<'a>,
     /// Made when something is first measured.
     source: Option<ShapeTree>,
-    /// Nothing where all of it looks alike.
-    looks: Option<Looks<'a>>,
+    /// Likewise; nothing where all of it looks alike.
+    looks: OnceCell<Option<Looks<'a>>>,
     quadric: Option<QuadricSource<'a>>,
     /// Lines and points, which the quadric generator leaves alone.
     thin: Option<Thin>,
@@ -43,7 +45,7 @@ impl<'a> Generator<'a> {
             thin: has_quadric.then(|| Thin::of(model, &locked, settings)).flatten(),
             reduction: None,
             source: None,
-            looks: Looks::of(&model.primitives, &settings.pictured),
+            looks: OnceCell::new(),
             model,
             settings,
             locked,
@@ -70,10 +72,13 @@ impl<'a> Generator<'a> {
         let source = self.source.get_or_insert_with(|| ShapeTree::of(&self.model.primitives));
         let limits = self.settings.error_limits;
         let made = self.model.coarser.iter();
-        let looks = self.looks.as_ref();
+        let (model, settings) = (self.model, self.settings);
+        let looks = self
+            .looks
+            .get_or_init(|| Looks::of(&model.primitives, &settings.pictured));
         let measured = made.map(|primitives| {
             let distance = hausdorff_bound_of(source, &ShapeTree::of(primitives), limits);
-            let off = looks.map_or(0.0, |looks| looks.error_of(primitives));
+            let off = looks.as_ref().map_or(0.0, |looks| looks.error_of(primitives));
             LodLevel::new(primitives.clone(), distance.max(off))
         });
         measured.filter(|level| level.geometric_error.is_finite()).collect()
@@ -115,10 +120,11 @@ impl<'a> Generator<'a> {
         let level = ShapeTree::of(&mesh.primitives);
         let limits = self.settings.error_limits;
         let distance = hausdorff_bound(source, &level, &mesh.origins, limits, of_interest)?;
-        let off = self
+        let (model, settings) = (self.model, self.settings);
+        let looks = self
             .looks
-            .as_ref()
-            .map_or(0.0, |looks| looks.error_of(&mesh.primitives));
+            .get_or_init(|| Looks::of(&model.primitives, &settings.pictured));
+        let off = looks.as_ref().map_or(0.0, |looks| looks.error_of(&mesh.primitives));
         let error = distance.max(off);
         (error < of_interest).then(|| LodLevel::new(mesh.primitives, error))
     }

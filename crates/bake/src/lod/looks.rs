@@ -6,7 +6,8 @@
 //!
 //! * of materials: how far the nearest place of the level is that has the point's material or, if that is nearer, the nearest place of
 //!   the source that has the material shown instead. A field that vanishes costs half its width, a border that moves costs its way.
-//! * of the texture coordinates of a picture: how far one has to go in the source until they change by as much, on average.
+//! * of the texture coordinates of a picture: how far one has to go in the source until they change by as much, for half of the points:
+//!   where surfaces are close, the nearest may be another one, and what stands there says nothing.
 //! * of vertex colours: a tenth of the model's extent for the change from one end of a channel to the other, on average (the
 //!   quadric generator's weight, see [`super::attributes`]).
 //!
@@ -30,13 +31,17 @@ const LEAST_EACH: usize = 24;
 /// A whole change of colour counts as this share of the model's extent.
 const COLOR_WEIGHT: f64 = 0.1;
 /// A picture that is shifted by more than half of it looks like one that is shifted by less the other way.
-const MOST_UV: f64 = 0.5;
+const MOST_OF_A_PICTURE: f64 = 0.5;
 /// The irrational steps of an even sequence in a square (Roberts 2018: the plastic number's inverse and its square).
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+
+/// By which set of texture coordinates each material shows a picture, and how many of it lie along a unit of these.
+type Pictured = BTreeMap<usize, (usize, f64)>;
 
 /// A model's surface, as it is painted.
 pub(super) struct Looks<'a> {
     primitives: &'a [Primitive],
+    pictured: &'a Pictured,
     points: Vec<Point>,
     /// The surface by material; of one alone, nothing.
     by_material: BTreeMap<Option<usize>, OnceLock<ShapeTree>>,
@@ -47,20 +52,30 @@ pub(super) struct Looks<'a> {
 struct Point {
     at: DVec3,
     paint: Paint,
-    /// Texture coordinates change by so much for each unit of length; nothing where no picture is shown.
-    uv_density: f64,
+    /// So many pictures lie along each unit of length; nothing where none is shown.
+    pictures_a_length: f64,
+}
+
+/// How far off that is on a level, in model-space units.
+struct Off {
+    material: f64,
+    /// Nothing where no picture is shown, or what stands there is of another material.
+    picture: Option<f64>,
+    color: Option<f64>,
 }
 
 #[derive(Clone, Copy)]
 struct Paint {
     material: Option<usize>,
-    uv: Option<DVec2>,
+    /// Where on its picture, in sizes of it.
+    picture: Option<DVec2>,
     color: Option<DVec4>,
 }
 
 /// A surface that can be asked what is painted where.
 struct Surface<'a> {
     primitives: &'a [Primitive],
+    pictured: &'a Pictured,
     tree: ShapeTree,
     /// The first shape of each primitive.
     firsts: Vec<u32>,
@@ -68,30 +83,30 @@ struct Surface<'a> {
 }
 
 impl<'a> Looks<'a> {
-    /// Of a source. `pictured` are the materials that show pictures. `None` where nothing is painted that could be off.
-    pub(super) fn of(primitives: &'a [Primitive], pictured: &BTreeSet<usize>) -> Option<Self> {
+    /// Of a source. `None` where nothing is painted that could be off.
+    pub(super) fn of(primitives: &'a [Primitive], pictured: &'a Pictured) -> Option<Self> {
         let solid = || {
             primitives
                 .iter()
                 .filter(|p| p.topology == Topology::Triangles && !p.indices.is_empty())
         };
         let materials: BTreeSet<_> = solid().map(|p| p.material).collect();
-        let shows_pictures = |p: &Primitive| p.material.is_some_and(|m| pictured.contains(&m)) && !p.uvs.is_empty();
-        let is_painted = |p: &Primitive| !p.colors.is_empty() || shows_pictures(p);
+        let is_painted = |p: &Primitive| !p.colors.is_empty() || picture_of(p, pictured).is_some();
         if materials.len() < 2 && !solid().any(is_painted) {
             return None;
         }
-        let areas: Vec<f64> = solid().map(|p| area(p)).collect();
+        let areas: Vec<f64> = solid().map(area).collect();
         let total: f64 = areas.iter().sum();
         let mut points = Vec::new();
         for (primitive, area) in solid().zip(&areas) {
             let share = if total > 0.0 { area / total } else { 0.0 };
             let count = ((share * POINTS as f64) as usize).max(LEAST_EACH);
-            points.extend(spread(primitive, *area, count, shows_pictures(primitive)));
+            points.extend(spread(primitive, *area, count, pictured));
         }
         let by_material = materials.iter().filter(|_| materials.len() > 1);
         Some(Self {
             primitives,
+            pictured,
             points,
             by_material: by_material.map(|m| (*m, OnceLock::new())).collect(),
             extent: extent(primitives),
@@ -100,18 +115,22 @@ impl<'a> Looks<'a> {
 
     /// How far off a level shows what is painted, in model-space units.
     pub(super) fn error_of(&self, level: &[Primitive]) -> f64 {
-        let surface = Surface::of(level, self.by_material.keys().copied());
+        let surface = Surface::of(level, self.pictured, self.by_material.keys().copied());
         if surface.tree.shapes.is_empty() {
             return 0.0;
         }
-        let measured: Vec<[f64; 3]> = self.points.par_iter().map(|point| self.off(point, &surface)).collect();
-        let mean = |i: usize| measured.iter().map(|off| off[i]).sum::<f64>() / measured.len().max(1) as f64;
-        let materials = measured.iter().map(|off| off[0]).fold(0.0, f64::max);
-        materials.max(mean(1)).max(mean(2))
+        let measured: Vec<Off> = self.points.par_iter().map(|point| self.off(point, &surface)).collect();
+        let materials = measured.iter().map(|off| off.material).fold(0.0, f64::max);
+        let mut pictures: Vec<f64> = measured.iter().filter_map(|off| off.picture).collect();
+        pictures.sort_unstable_by(f64::total_cmp);
+        let median = pictures.get(pictures.len() / 2).copied().unwrap_or_default();
+        let colors: Vec<f64> = measured.iter().filter_map(|off| off.color).collect();
+        let mean = colors.iter().sum::<f64>() / colors.len().max(1) as f64;
+        materials.max(median).max(mean)
     }
 
-    /// How far off a point's material, texture coordinates and colour are.
-    fn off(&self, point: &Point, surface: &Surface<'_>) -> [f64; 3] {
+    /// How far off is what is painted at a point.
+    fn off(&self, point: &Point, surface: &Surface<'_>) -> Off {
         let near = surface.tree.nearest_to_all(&[point.at], None, 0.0);
         let shown = surface.paint(near.shape, point.at);
         let distance = |tree: &ShapeTree| tree.nearest_to_all(&[point.at], None, 0.0).distance;
@@ -124,17 +143,19 @@ impl<'a> Looks<'a> {
             }
             None => 0.0,
         };
-        let uv = match (point.paint.uv, shown.uv) {
-            (Some(own), Some(shown)) if point.uv_density > 0.0 && material == 0.0 => {
-                (own - shown).length().min(MOST_UV) / point.uv_density
-            }
-            _ => 0.0,
-        };
-        let color = match (point.paint.color, shown.color) {
-            (Some(own), Some(shown)) => (own - shown).abs().max_element().min(1.0) * COLOR_WEIGHT * self.extent,
-            _ => 0.0,
-        };
-        [material, uv.min(self.extent), color]
+        let picture = point.paint.picture.zip(shown.picture);
+        let picture = picture.filter(|_| is_own && point.pictures_a_length > 0.0);
+        let picture = picture.map(|(own, shown)| {
+            let way = (own - shown).length().min(MOST_OF_A_PICTURE) / point.pictures_a_length;
+            way.min(self.extent)
+        });
+        let color = point.paint.color.zip(shown.color).filter(|_| is_own);
+        let color = color.map(|(own, shown)| (own - shown).abs().max_element().min(1.0) * COLOR_WEIGHT * self.extent);
+        Off {
+            material,
+            picture,
+            color,
+        }
     }
 
     /// What of the source has a material.
@@ -145,7 +166,7 @@ impl<'a> Looks<'a> {
 }
 
 impl<'a> Surface<'a> {
-    fn of(primitives: &'a [Primitive], materials: impl Iterator<Item = Option<usize>>) -> Self {
+    fn of(primitives: &'a [Primitive], pictured: &'a Pictured, materials: impl Iterator<Item = Option<usize>>) -> Self {
         let mut first = 0;
         let firsts = primitives.iter().map(|primitive| {
             first += primitive.count() as u32;
@@ -155,6 +176,7 @@ impl<'a> Surface<'a> {
         let trees = materials.map(|material| (material, of_material(primitives, material)));
         Self {
             primitives,
+            pictured,
             tree: ShapeTree::of(primitives),
             firsts,
             by_material: trees.filter(|(_, tree)| !tree.shapes.is_empty()).collect(),
@@ -167,7 +189,12 @@ impl<'a> Surface<'a> {
         let (primitive, arity) = (&self.primitives[number], self.primitives[number].topology.arity());
         let first = (shape - self.firsts[number]) as usize * arity;
         let corners = [0, 1, 2].map(|i: usize| primitive.indices[first + i.min(arity - 1)]);
-        primitive_paint(primitive, corners, shares_at(at, &self.tree.shapes[shape as usize]))
+        paint(
+            primitive,
+            corners,
+            shares_at(at, &self.tree.shapes[shape as usize]),
+            self.pictured,
+        )
     }
 }
 
@@ -175,12 +202,18 @@ fn of_material(primitives: &[Primitive], material: Option<usize>) -> ShapeTree {
     ShapeTree::of(primitives.iter().filter(|p| p.material == material))
 }
 
+/// The texture coordinates by which a primitive shows a picture, and how many of it lie along a unit of these.
+fn picture_of<'p>(primitive: &'p Primitive, pictured: &Pictured) -> Option<(&'p [[f32; 2]], f64)> {
+    let (set, pictures) = *pictured.get(&primitive.material?)?;
+    Some((primitive.uvs.get(set)?, pictures))
+}
+
 /// What is painted at a share of each corner.
-fn primitive_paint(primitive: &Primitive, corners: [u32; 3], shares: [f64; 3]) -> Paint {
+fn paint(primitive: &Primitive, corners: [u32; 3], shares: [f64; 3], pictured: &Pictured) -> Paint {
     let corners = corners.map(|corner| corner as usize);
-    let uv = primitive.uvs.first().map(|set| {
-        let corner = |i: usize| shares[i] * DVec2::from_array(set[corners[i]].map(f64::from));
-        corner(0) + corner(1) + corner(2)
+    let picture = picture_of(primitive, pictured).map(|(uvs, pictures)| {
+        let corner = |i: usize| shares[i] * DVec2::from_array(uvs[corners[i]].map(f64::from));
+        pictures * (corner(0) + corner(1) + corner(2))
     });
     let color = (!primitive.colors.is_empty()).then(|| {
         let corner = |i: usize| shares[i] * DVec4::from_array(primitive.colors[corners[i]].map(f64::from));
@@ -188,7 +221,7 @@ fn primitive_paint(primitive: &Primitive, corners: [u32; 3], shares: [f64; 3]) -
     });
     Paint {
         material: primitive.material,
-        uv,
+        picture,
         color,
     }
 }
@@ -212,7 +245,7 @@ fn shares_at(at: DVec3, &[a, b, c]: &[DVec3; 3]) -> [f64; 3] {
 }
 
 /// Points spread evenly over the area of a primitive's triangles.
-fn spread(primitive: &Primitive, area: f64, count: usize, shows_pictures: bool) -> Vec<Point> {
+fn spread(primitive: &Primitive, area: f64, count: usize, pictured: &Pictured) -> Vec<Point> {
     let triangles = primitive.indices.as_chunks::<3>().0;
     let mut points = Vec::with_capacity(count);
     let (mut passed, mut next) = (0.0, 0);
@@ -227,12 +260,8 @@ fn spread(primitive: &Primitive, area: f64, count: usize, shows_pictures: bool) 
             let at = (0..3).map(|i| shares[i] * corners[i]).sum();
             points.push(Point {
                 at,
-                paint: primitive_paint(primitive, *triangle, shares),
-                uv_density: if shows_pictures {
-                    uv_density(primitive, *triangle, own)
-                } else {
-                    0.0
-                },
+                paint: paint(primitive, *triangle, shares, pictured),
+                pictures_a_length: pictures_a_length(primitive, *triangle, own, pictured),
             });
             next += 1;
         }
@@ -255,13 +284,12 @@ fn area(primitive: &Primitive) -> f64 {
         .sum()
 }
 
-/// The root of how much larger a triangle is on its picture.
-fn uv_density(primitive: &Primitive, triangle: [u32; 3], area: f64) -> f64 {
-    let Some(set) = primitive.uvs.first() else {
-        return 0.0;
-    };
-    let [a, b, c] = triangle.map(|corner| DVec2::from_array(set[corner as usize].map(f64::from)));
-    (0.5 * (b - a).perp_dot(c - a).abs() / area).sqrt()
+/// How many pictures lie along a unit of length on a triangle of some area: the root of how large it is on its picture, beside that.
+fn pictures_a_length(primitive: &Primitive, triangle: [u32; 3], area: f64, pictured: &Pictured) -> f64 {
+    picture_of(primitive, pictured).map_or(0.0, |(uvs, pictures)| {
+        let [a, b, c] = triangle.map(|corner| DVec2::from_array(uvs[corner as usize].map(f64::from)));
+        pictures * (0.5 * (b - a).perp_dot(c - a).abs() / area).sqrt()
+    })
 }
 
 /// The longest side of the box around everything.
@@ -325,7 +353,7 @@ mod tests {
     }
 
     fn error(source: &[Primitive], level: &[Primitive], pictured: &[usize]) -> f64 {
-        let pictured = pictured.iter().copied().collect();
+        let pictured = pictured.iter().map(|material| (*material, (0, 1.0))).collect();
         Looks::of(source, &pictured)
             .expect("something is painted")
             .error_of(level)
@@ -335,7 +363,7 @@ mod tests {
     fn what_shows_as_the_source_does_is_not_off() {
         assert_eq!(error(&chess(4, 0.25), &chess(4, 1.0), &[]), 0.0);
         assert!(
-            Looks::of(&chess(1, 0.25), &BTreeSet::new()).is_none(),
+            Looks::of(&chess(1, 0.25), &Pictured::new()).is_none(),
             "one material alone"
         );
     }
@@ -374,7 +402,34 @@ mod tests {
         };
         let off = error(&at(0.0), &at(0.1), &[0]);
         assert!((off - 0.2).abs() < 1e-3, "{off}");
-        assert!(Looks::of(&at(0.0), &BTreeSet::new()).is_none(), "no picture");
+        assert!(Looks::of(&at(0.0), &Pictured::new()).is_none(), "no picture");
+    }
+
+    #[test]
+    fn a_small_sign_that_shows_another_part_of_its_picture_is_off_however_large_the_wall_is() {
+        let sign = |shift: f32| {
+            let mut primitives = Vec::new();
+            floor([0.0, 0.0], [50.0, 50.0], 1.0, 0, &mut primitives);
+            floor([60.0, 0.0], [61.0, 1.0], 1.0, 1, &mut primitives);
+            let uvs = primitives[1].positions.iter().map(|[x, _, z]| [x - 60.0 + shift, *z]);
+            primitives[1].uvs = vec![uvs.collect()];
+            primitives
+        };
+        let off = error(&sign(0.0), &sign(0.25), &[1]);
+        assert!((off - 0.25).abs() < 1e-3, "{off}");
+    }
+
+    #[test]
+    fn two_sides_of_a_board_are_not_taken_for_each_other() {
+        let mut board = Vec::new();
+        floor([0.0, 0.0], [4.0, 4.0], 1.0, 0, &mut board);
+        floor([0.0, 0.0], [4.0, 4.0], 1.0, 1, &mut board);
+        for (primitive, turned) in board.iter_mut().zip([1.0, -1.0]) {
+            let uvs = primitive.positions.iter().map(|[x, _, z]| [turned * x / 4.0, z / 4.0]);
+            primitive.uvs = vec![uvs.collect()];
+            primitive.colors = vec![[turned.max(0.0); 4]; primitive.positions.len()];
+        }
+        assert_eq!(error(&board, &board, &[0, 1]), 0.0);
     }
 
     #[test]

@@ -42,12 +42,13 @@ mod rounding;
 mod tests;
 
 use std::cmp::Reverse;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::str::FromStr;
 
 use crate::lod::error::HausdorffLimits;
 use crate::lod::generate::Generator;
+use crate::pictures::texels;
 use crate::source::{Material, Primitive, SourceModel, Topology};
 
 pub use crate::lod::clean::clean;
@@ -131,8 +132,9 @@ pub struct LodSettings {
     /// Materials that are drawn from both sides: of two triangles with the same corners and opposite winding one is
     /// enough.
     pub double_sided: BTreeSet<usize>,
-    /// Materials that show pictures, so that texture coordinates count.
-    pub pictured: BTreeSet<usize>,
+    /// For each material that shows a picture, by which set of texture coordinates it does, and how many pictures lie along a unit of
+    /// these.
+    pub pictured: BTreeMap<usize, (usize, f64)>,
     /// When the error measure is content.
     pub error_limits: HausdorffLimits,
 }
@@ -141,13 +143,12 @@ impl LodSettings {
     /// The same for a scene of these materials.
     #[must_use]
     pub fn for_materials(self, materials: &[Material]) -> Self {
-        let which = |is: fn(&Material) -> bool| {
-            let chosen = materials.iter().enumerate().filter(|(_, material)| is(material));
-            chosen.map(|(index, _)| index).collect()
-        };
+        let numbered = || materials.iter().enumerate();
+        let double_sided = numbered().filter(|(_, material)| material.double_sided);
+        let pictured = numbered().filter_map(|(index, material)| Some((index, texels::shown_by(material)?)));
         Self {
-            double_sided: which(|material| material.double_sided),
-            pictured: which(Material::shows_pictures),
+            double_sided: double_sided.map(|(index, _)| index).collect(),
+            pictured: pictured.collect(),
             ..self
         }
     }
@@ -165,7 +166,7 @@ impl Default for LodSettings {
             dominated: 1.1,
             coarsest_shapes: 50,
             double_sided: BTreeSet::new(),
-            pictured: BTreeSet::new(),
+            pictured: BTreeMap::new(),
             error_limits: HausdorffLimits::default(),
         }
     }

@@ -114,6 +114,13 @@ pub(crate) fn pictures_a_unit(material: Option<&Material>, set: usize) -> f64 {
     of_set.map(scale).fold(1.0, f64::max)
 }
 
+/// By which set of texture coordinates a material shows its first picture, and how many of it lie along a unit of these; `None`
+/// where it shows none.
+pub(crate) fn shown_by(material: &Material) -> Option<(usize, f64)> {
+    let Transform { set, linear, .. } = uses(material).into_iter().next()?.transform;
+    Some((set, linear.determinant().abs().sqrt()))
+}
+
 /// The textures that a material names, at any depth.
 fn uses(material: &Material) -> Vec<Use> {
     let mut found = Vec::new();

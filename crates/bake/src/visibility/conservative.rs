@@ -106,7 +106,7 @@ impl<'a> Observer<'a> {
         }
     }
 
-    /// From now on it knows no more than a new one.
+    /// From now on it remembers no more of what hid something than a new one.
     pub(super) fn forget(&mut self) {
         self.prover.forget();
     }

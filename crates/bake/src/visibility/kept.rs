@@ -19,6 +19,7 @@ struct Kept {
     open: Vec<(u32, Vec<u32>)>,
     /// Object, eye, target.
     sightings: Vec<(u32, [u32; 3], [u32; 3])>,
+    uniform_rays: u32,
     miss_bound: u64,
     rays: u64,
 }
@@ -48,6 +49,7 @@ pub(super) fn encode(looked: &Looked, surroundings: &Surroundings) -> Option<Str
         objects: objects.collect::<Option<_>>()?,
         open: open.collect::<Option<_>>()?,
         sightings: sightings.collect::<Option<_>>()?,
+        uniform_rays: looked.uniform_rays,
         miss_bound: found.seen.miss_bound.to_bits(),
         rays: found.seen.rays,
     };
@@ -93,5 +95,6 @@ pub(super) fn decode(text: &str, surroundings: &Surroundings) -> Option<Looked> 
     Some(Looked {
         found,
         sightings: sightings.collect::<Option<_>>()?,
+        uniform_rays: kept.uniform_rays,
     })
 }

@@ -7,7 +7,8 @@
 //! 4. Which other cells it sees into is found last, along the sight lines that are known by then ([`Sampler::retrace`]).
 //!
 //! All but the last is a function of the cell's [`Surroundings`] and the settings alone, so it can be remembered under their digest.
-//! Looking into other cells takes little, and is done anew each time: they may be cut otherwise.
+//! Looking into other cells takes a quarter of the rays that looked around and some for each object, and is done anew each time: they may
+//! be cut otherwise.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +40,7 @@ const VERSION: usize = 24;
 const FIRST_LOOK: u32 = 48;
 /// Rays between two parts of a cell and an object that no proof separates.
 const LOOK: u32 = 4;
-/// This share of the rays that look around looks for other cells.
+/// One ray looks for other cells for so many that have looked around.
 const FOR_CELLS: u32 = 4;
 /// Added to the seed of rays that look for other cells.
 const CELLS_SEED: u64 = 0xCE11;
@@ -60,6 +61,8 @@ pub(super) struct Looked {
     pub(super) found: Found,
     /// A sight line to each object that rays have seen, in order of discovery.
     pub(super) sightings: Vec<Sighting>,
+    /// How many uniform rays it took.
+    pub(super) uniform_rays: u32,
 }
 
 /// Finds what each cell sees.
@@ -82,7 +85,7 @@ impl Looker<'_> {
         let kept = self.memory.recall(&key);
         let known = kept.and_then(|text| kept::decode(&text, &surroundings));
         let remembered = known.is_some() && !self.memory.is_of_this_bake(&key);
-        let Looked { mut found, sightings } = known.unwrap_or_else(|| {
+        let looked = known.unwrap_or_else(|| {
             let random = Random::stream(self.sampled.seed, key.number());
             let looked = self.look(cell, &surroundings, random, scratch);
             if let Some(text) = kept::encode(&looked, &surroundings) {
@@ -91,15 +94,20 @@ impl Looker<'_> {
             looked
         });
         let random = Random::stream(self.sampled.seed.wrapping_add(CELLS_SEED), key.number());
-        found.seen.cells = self.cells_seen(cell, &sightings, random, scratch);
-        Found { remembered, ..found }
+        let cells = self.cells_seen(cell, &looked, random, scratch);
+        let mut found = Found {
+            remembered,
+            ..looked.found
+        };
+        found.seen.cells = cells;
+        found
     }
 
     /// The cells that a cell sees into, rising, itself among them.
-    fn cells_seen(&self, cell: usize, sightings: &[Sighting], random: Random, scratch: &mut Scratch) -> Vec<u32> {
+    fn cells_seen(&self, cell: usize, looked: &Looked, random: Random, scratch: &mut Scratch) -> Vec<u32> {
         let mut state = CellState::with_cells(cell, random);
         let mut sampler = Sampler::new(self.sights, cell, &mut state, scratch);
-        sampler.retrace(self.sampled.rays_per_cell / FOR_CELLS, sightings);
+        sampler.retrace(looked.uniform_rays / FOR_CELLS, &looked.sightings);
         drop(sampler);
         state.cells_passed()
     }
@@ -166,6 +174,7 @@ impl Looker<'_> {
         Looked {
             found,
             sightings: state.seen,
+            uniform_rays: uniform.rays,
         }
     }
 }

@@ -164,7 +164,7 @@ pub struct CellVisibility {
     /// Upper bound, at 95 % confidence, of the chance that a random sight line from the cell ends on an object that is
     /// missing above (Good & Turing's estimate); 0 when nothing can be missing.
     pub miss_bound: f64,
-    /// Rays that were cast for this cell.
+    /// Rays that were cast for the objects that this cell sees.
     pub rays: u64,
 }
 
@@ -205,10 +205,10 @@ impl<'a> Views<'a> {
     /// Never: nobody cancels it.
     #[must_use]
     pub fn of(world: &'a World, graph: &'a CellGraph, hiders: &'a Hiders<'a>) -> Self {
-        Self::told(world, graph, hiders, &Silent).expect("nobody cancels it")
+        Self::told(world, graph, hiders, (Stage::Cells, &Silent)).expect("nobody cancels it")
     }
 
-    /// The same, with somebody who hears how far it is.
+    /// The same, with somebody who hears how far it is with it, in the stage that wants it.
     ///
     /// # Errors
     /// When cancelled.
@@ -216,11 +216,11 @@ impl<'a> Views<'a> {
         world: &'a World,
         graph: &'a CellGraph,
         hiders: &'a Hiders<'a>,
-        progress: &dyn Progress,
+        (stage, progress): (Stage, &dyn Progress),
     ) -> Result<Self, Cancelled> {
         /// Steps of finding which cells a sight line passes.
         const SIGHTS: u64 = 500;
-        progress.start(Stage::Cells, Atlas::STEPS + SIGHTS);
+        progress.start(stage, Atlas::STEPS + SIGHTS);
         let atlas = Atlas::of(world, graph, hiders, progress)?;
         let sights = Sights::of(world, graph);
         progress.advance(SIGHTS);

@@ -250,7 +250,7 @@ impl<'a> Sampler<'a> {
         }
         for sighting in known {
             self.explore_towards(sighting.eye, sighting.target);
-            // What triangle it met is not kept.
+            // Where rounding keeps that ray from it.
             self.note(Sighting {
                 triangle: None,
                 ..*sighting

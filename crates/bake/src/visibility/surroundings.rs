@@ -35,7 +35,7 @@ const MOST_GROWTH: usize = 2;
 /// … or no more than so many objects.
 const FEW: usize = 64;
 
-/// Steps of progress of making a scenery of objects and cells, of telling objects apart, and cells.
+/// Steps of progress of making a scenery of objects, of telling objects apart, and cells.
 const SCENERY: u64 = 500;
 const OBJECTS: u64 = 1000;
 const CELLS: u64 = 200;
@@ -45,8 +45,6 @@ pub(super) struct Atlas<'a> {
     pub(super) hiders: &'a Hiders<'a>,
     /// Cells as regions.
     pub(super) eyes: Vec<Region>,
-    /// The box around each object.
-    targets: Vec<Option<Region>>,
     /// Bodies, and the boxes of objects.
     all: Scenery,
     objects: Vec<Digest>,
@@ -86,8 +84,7 @@ impl<'a> Atlas<'a> {
             .par_iter()
             .map(|cell| Region::of_cell(world, cell))
             .collect();
-        let targets = Scenery::targets_of(world);
-        let all = Scenery::new(hiders.found(), targets.clone());
+        let all = Scenery::new(hiders.found(), Scenery::targets_of(world));
         progress.advance(SCENERY);
         let portion = Portion::of(progress, OBJECTS, world.triangle_count() as u64);
         let digest_of = |object: u32| {
@@ -98,7 +95,7 @@ impl<'a> Atlas<'a> {
             portion.advance(world.triangle_count_of(object) as u64);
             Ok(digest)
         };
-        let objects = (0..targets.len() as u32).into_par_iter().map(digest_of);
+        let objects = (0..all.targets.len() as u32).into_par_iter().map(digest_of);
         let objects = objects.collect::<Result<Vec<_>, _>>()?;
         drop(portion);
         let cells = graph.cells.par_iter().map(|cell| cell.digest()).collect();
@@ -108,7 +105,6 @@ impl<'a> Atlas<'a> {
             eyes,
             all,
             objects,
-            targets,
             cells,
         })
     }
@@ -121,15 +117,15 @@ impl<'a> Atlas<'a> {
     /// Bodies, and the boxes of objects, then of cells.
     pub(super) fn with_cells(&self) -> Scenery {
         let cells = self.eyes.iter().map(|eye| Some(Region::of_box(eye.min, eye.max)));
-        let targets = self.targets.iter().cloned().chain(cells).collect();
+        let targets = self.all.targets.iter().cloned().chain(cells).collect();
         Scenery::behind(Arc::clone(&self.all.blocker), targets)
     }
 
-    /// Objects and cells, itself among them, that a rough look from a cell cannot prove hidden, both rising. The observer looks at
-    /// what is [`with_cells`](Self::with_cells).
+    /// Objects and cells, itself among them, that a rough look from a cell cannot prove hidden, both rising. The observer is one
+    /// of what is [`with_cells`](Self::with_cells).
     pub(super) fn not_hidden(&self, cell: usize, observer: &mut Observer<'_>) -> (Vec<u32>, Vec<u32>) {
         let mut objects = self.from_parts(cell, observer);
-        let count = self.targets.len() as u32;
+        let count = self.all.targets.len() as u32;
         let cells = objects.split_off(objects.partition_point(|number| *number < count));
         (objects, cells.into_iter().map(|number| number - count).collect())
     }
@@ -144,7 +140,7 @@ impl<'a> Atlas<'a> {
     /// The solid angle of the box around an object from the middle of a cell, in steradians, above 0.
     pub(super) fn box_sr(&self, cell: usize, object: u32) -> f32 {
         let eye = self.eyes[cell].center();
-        let target = self.targets[object as usize].as_ref();
+        let target = self.all.targets[object as usize].as_ref();
         target.map_or(0.0, |target| target.solid_angle_sr(eye)).max(LEAST_SR)
     }
 
@@ -157,7 +153,7 @@ impl<'a> Atlas<'a> {
             digester.add(self.objects[*object as usize]);
         }
         let occluders = self.hiders.among(&objects, &mut digester);
-        let targets = objects.iter().map(|object| self.targets[*object as usize].clone());
+        let targets = objects.iter().map(|object| self.all.targets[*object as usize].clone());
         Surroundings {
             scenery: Scenery::new(occluders, targets.collect()),
             objects,

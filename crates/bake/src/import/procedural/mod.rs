@@ -224,7 +224,7 @@ pub(super) fn read(
     };
     let text = given(file_name, bytes.clone(), (sowing, &settings), ground)?;
     let grown = watched(file_name, text, (&settings, true), (ground, budget));
-    let growth = grown.map_err(|error| as_written((file_name, bytes), error, (sowing, &settings), (ground, budget)))?;
+    let growth = grown.map_err(|error| as_written((file_name, bytes), error, (sowing, &settings), ground))?;
     if growth.scene.objects.is_empty() {
         return Err(ImportError::NothingToDraw {
             reasons: growth.nothing_drawn().to_owned(),
@@ -264,7 +264,7 @@ fn as_written(
     (path, bytes): (&str, Vec<u8>),
     error: ImportError,
     (sowing, settings): (&Sowing, &Settings),
-    on: (Ground, &Budget),
+    ground: Ground,
 ) -> ImportError {
     if sowing.parameters.is_empty() || !matches!(error, ImportError::Rules(_)) {
         return error;
@@ -273,7 +273,9 @@ fn as_written(
         parameters: sowing.parameters.clone(),
         ..settings.clone()
     };
-    watched(path, bytes, (&settings, false), on).err().unwrap_or(error)
+    let budget = Budget::new(ground.limits);
+    let again = watched(path, bytes, (&settings, false), (ground, &budget));
+    again.err().unwrap_or(error)
 }
 
 /// What rules may take of what a source may.
