@@ -221,7 +221,7 @@ pub fn bake(
     models.add_impostors(host.sink, progress)?;
     let visibility = visibility::compute(&views, &settings.visibility, &memory, progress)?;
     if !is_drawn {
-        note_doors_without_use((&world, &graph, frame), (&scene, &visibility), defects);
+        note_doors_without_use((&world, graph, frame), (&scene, &visibility), defects);
     }
     write(&models, &placed, visibility)
 }

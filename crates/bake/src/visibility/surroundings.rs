@@ -124,14 +124,14 @@ impl<'a> Atlas<'a> {
     /// Objects and cells, itself among them, that a rough look from a cell cannot prove hidden, both rising. The observer is one
     /// of what is [`with_cells`](Self::with_cells).
     pub(super) fn not_hidden(&self, cell: usize, observer: &mut Observer<'_>) -> (Vec<u32>, Vec<u32>) {
-        let mut objects = self.from_parts(cell, observer);
+        let mut objects = self.found_from_parts(cell, observer);
         let count = self.all.targets.len() as u32;
         let cells = objects.split_off(objects.partition_point(|number| *number < count));
         (objects, cells.into_iter().map(|number| number - count).collect())
     }
 
     /// What a rough look from some part of a cell cannot prove hidden, rising.
-    fn from_parts(&self, cell: usize, observer: &mut Observer<'_>) -> Vec<u32> {
+    fn found_from_parts(&self, cell: usize, observer: &mut Observer<'_>) -> Vec<u32> {
         // Other cells do not decide what is proved.
         observer.forget();
         from_parts(observer, &self.eyes[cell])
@@ -146,7 +146,7 @@ impl<'a> Atlas<'a> {
 
     /// The surroundings of a cell where only an [`observer`](Self::observer)'s kinds of proof count.
     pub(super) fn around(&self, cell: usize, observer: &mut Observer<'_>) -> Surroundings {
-        let objects = self.from_parts(cell, observer);
+        let objects = self.found_from_parts(cell, observer);
         let mut digester = Digester::default();
         digester.add(self.cells[cell]).count(objects.len());
         for object in &objects {
