@@ -2,10 +2,11 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    ops::Range,
     sync::{Arc, Mutex},
 };
 
-use belvedere_client::{ByteSource, Error};
+use belvedere_client::{Ask, ByteSource, Error, Part};
 use bytes::Bytes;
 
 /// What a source does to an answer.
@@ -57,6 +58,14 @@ impl<S: ByteSource> ByteSource for Watched<S> {
             .or_default() += 1;
         let bytes = self.source.get(path).await?;
         (self.harm)(path, bytes)
+    }
+
+    async fn get_range(&self, ask: Ask<'_>, range: Range<u64>) -> Result<(Part, u64), Error> {
+        let whole = self.get(ask.path).await?;
+        let [from, to] = [range.start, range.end].map(|at| at as usize);
+        let part = whole.slice(from..to);
+        let carried = part.len() as u64;
+        Ok((Part::Asked(part), carried))
     }
 
     fn offers_bundles(&self) -> bool {
