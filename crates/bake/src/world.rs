@@ -47,7 +47,7 @@ use limits::{check_extent, check_reach, check_size};
 pub(crate) use limits::{check_place, check_placed};
 pub(crate) use main_part::MainPart;
 use mesh::Mesh;
-pub(crate) use tree::tree_over;
+pub(crate) use tree::{each_near, tree_over};
 pub use triangle::Triangle;
 
 /// Beyond so many triangles models that stand in many places are held once.

@@ -7,7 +7,7 @@ use belvedere_scene::Bounds;
 use glam::Vec3A;
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
-use crate::world::tree_over;
+use crate::world::{each_near, tree_over};
 
 /// Boxes that can be found by place.
 pub(crate) struct Boxes {
@@ -40,15 +40,13 @@ impl Boxes {
     /// Those that share a point with a box, rising.
     pub(crate) fn meeting(&self, bounds: &Bounds) -> Vec<u32> {
         let mut found = Vec::new();
-        if self.tree.nodes.is_empty() || bounds.is_empty() {
+        if bounds.is_empty() {
             return found;
         }
-        self.tree.aabb_traverse(self.rounded(bounds), |tree, leaf| {
-            let node = &tree.nodes[leaf as usize];
-            let held = node.first_index..node.first_index + node.prim_count;
-            let numbers = held.map(|at| tree.primitive_indices[at as usize]);
-            found.extend(numbers.filter(|number| self.boxes[*number as usize].intersects(bounds)));
-            true
+        each_near(&self.tree, self.rounded(bounds), |number| {
+            if self.boxes[number as usize].intersects(bounds) {
+                found.push(number);
+            }
         });
         found.sort_unstable();
         found

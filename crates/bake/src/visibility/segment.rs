@@ -6,7 +6,10 @@ use std::ops::ControlFlow;
 use glam::{Vec3, Vec3A};
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
-use crate::{occluders::Region, world::tree_over};
+use crate::{
+    occluders::Region,
+    world::{each_near, tree_over},
+};
 
 /// Deepest path of a tree that is followed; a tree over 2³² boxes that halves is half as deep.
 const DEPTH: usize = 64;
@@ -68,16 +71,8 @@ pub(super) fn along(tree: &Bvh2, from: Vec3, to: Vec3, visit: &mut dyn FnMut(u32
 }
 
 /// Visits at least what the leaves hold whose boxes meet a region's.
-pub(super) fn each_in(tree: &Bvh2, region: &Region, mut visit: impl FnMut(u32)) {
-    let aabb = Aabb::new(Vec3A::from(region.min), Vec3A::from(region.max));
-    if !tree.nodes.is_empty() {
-        tree.aabb_traverse(aabb, |tree, leaf| {
-            let node = &tree.nodes[leaf as usize];
-            let held = node.first_index..node.first_index + node.prim_count;
-            held.for_each(|at| visit(tree.primitive_indices[at as usize]));
-            true
-        });
-    }
+pub(super) fn each_in(tree: &Bvh2, region: &Region, visit: impl FnMut(u32)) {
+    each_near(tree, Aabb::new(Vec3A::from(region.min), Vec3A::from(region.max)), visit);
 }
 
 #[cfg(test)]

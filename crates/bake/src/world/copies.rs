@@ -14,8 +14,8 @@ use obvhs::{
 use super::{
     cast::Facet,
     flatten::{self, Placing},
-    mesh::{self, Mesh, padded},
-    tree::tree_over,
+    mesh::{Mesh, padded},
+    tree::{each_near, tree_over},
 };
 use crate::source::{SourceModel, SourceObject, SourceScene};
 
@@ -175,7 +175,8 @@ impl Copies {
 
     /// Calls with every triangle of a copy that may reach into a box, by its place in the model.
     pub(super) fn near(&self, around: Aabb, visit: &mut dyn FnMut(&Placed, usize)) {
-        mesh::near(&self.tree, around, &mut |index| {
+        each_near(&self.tree, around, |index| {
+            let index = index as usize;
             let placed = &self.placed[index];
             self.meshes[placed.mesh].near(placed.enter_box(&around), &mut |triangle| visit(placed, triangle));
         });

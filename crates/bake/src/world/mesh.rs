@@ -8,7 +8,7 @@ use obvhs::{
     ray::{Ray, RayHit},
 };
 
-use super::{SEAM, cast::Facet, tree_over, triangle::Triangle};
+use super::{SEAM, cast::Facet, each_near, tree_over, triangle::Triangle};
 
 /// Triangles, and a tree over them.
 pub(super) struct Mesh {
@@ -33,21 +33,6 @@ pub(super) fn padded(mut bounds: Aabb) -> Aabb {
 /// The box around a triangle.
 pub(super) fn padded_box(triangle: &Triangle) -> Aabb {
     padded(Aabb::from_points(&triangle.corners.map(Vec3A::from)))
-}
-
-/// Calls with what those leaves of a tree hold that meet a box.
-pub(super) fn near(tree: &Bvh2, around: Aabb, visit: &mut dyn FnMut(usize)) {
-    if tree.nodes.is_empty() {
-        return;
-    }
-    tree.aabb_traverse(around, |tree, leaf| {
-        let leaf = &tree.nodes[leaf as usize];
-        let first = leaf.first_index as usize;
-        for index in &tree.primitive_indices[first..first + leaf.prim_count as usize] {
-            visit(*index as usize);
-        }
-        true
-    });
 }
 
 impl Mesh {
@@ -79,7 +64,8 @@ impl Mesh {
 
     /// Calls with the number of every triangle that may reach into a box.
     pub(super) fn near(&self, around: Aabb, visit: &mut dyn FnMut(usize)) {
-        near(&self.tree, around, &mut |index| {
+        each_near(&self.tree, around, |index| {
+            let index = index as usize;
             if padded_box(&self.triangles[index]).intersect_aabb(&around) {
                 visit(index);
             }

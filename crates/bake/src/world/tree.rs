@@ -32,6 +32,18 @@ pub(crate) fn tree_over(boxes: &[Aabb]) -> Bvh2 {
     }
 }
 
+/// Visits at least what the leaves hold whose boxes meet one.
+pub(crate) fn each_near(tree: &Bvh2, around: Aabb, mut visit: impl FnMut(u32)) {
+    if !tree.nodes.is_empty() {
+        tree.aabb_traverse(around, |tree, leaf| {
+            let node = &tree.nodes[leaf as usize];
+            let held = node.first_index..node.first_index + node.prim_count;
+            held.for_each(|at| visit(tree.primitive_indices[at as usize]));
+            true
+        });
+    }
+}
+
 /// How many boxes are equal, or as good as points.
 fn most_alike(boxes: &[Aabb]) -> usize {
     if boxes.len() <= MOST_ALIKE {
@@ -107,12 +119,7 @@ mod tests {
 
     fn met(tree: &Bvh2, around: Aabb) -> Vec<u32> {
         let mut met = Vec::new();
-        tree.aabb_traverse(around, |tree, leaf| {
-            let leaf = &tree.nodes[leaf as usize];
-            let first = leaf.first_index as usize;
-            met.extend(&tree.primitive_indices[first..first + leaf.prim_count as usize]);
-            true
-        });
+        each_near(tree, around, |index| met.push(index));
         met.sort_unstable();
         met
     }
