@@ -12,7 +12,7 @@ use belvedere_bake::{
     defect::Defect,
     import::{self, Limits},
     progress::Silent,
-    source::{SourceModel, SourceScene},
+    source::{SourceModel, SourceObject, SourceScene},
 };
 
 use super::output::printable;
@@ -61,11 +61,7 @@ fn ensure_in_reach(model: &SourceModel) -> anyhow::Result<()> {
 /// has steps of a lattice for units, and its node the scale.
 fn metres_per_unit(scene: &SourceScene, model: usize) -> f64 {
     let placed = scene.objects.iter().filter(|object| object.model == model);
-    let scales = placed.flat_map(|object| {
-        let axes = object.world_from_object;
-        [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.truncate().length())
-    });
-    scales.reduce(f64::max).unwrap_or(1.0)
+    placed.map(SourceObject::largest_scale).reduce(f64::max).unwrap_or(1.0)
 }
 
 /// Says so where that is not a metre; nothing where it is.

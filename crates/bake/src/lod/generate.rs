@@ -23,7 +23,7 @@ pub struct Generator<'a> {
     locked: Locked,
     shapes: SourceShapes<'a>,
     /// Made when something is first measured.
-    source: Option<ShapeTree>,
+    source: OnceCell<ShapeTree>,
     /// Likewise; nothing where all of it looks alike.
     looks: OnceCell<Option<Looks<'a>>>,
     quadric: Option<QuadricSource<'a>>,
@@ -44,7 +44,7 @@ impl<'a> Generator<'a> {
             quadric: has_quadric.then(|| QuadricSource::new(&model.primitives, &shapes, &locked)),
             thin: has_quadric.then(|| Thin::of(model, &locked, settings)).flatten(),
             reduction: None,
-            source: None,
+            source: OnceCell::new(),
             looks: OnceCell::new(),
             model,
             settings,
@@ -68,18 +68,12 @@ impl<'a> Generator<'a> {
     }
 
     /// How far off is what the model's author made coarser?
-    pub(super) fn authors(&mut self) -> Vec<LodLevel> {
-        let source = self.source.get_or_insert_with(|| ShapeTree::of(&self.model.primitives));
+    pub(super) fn authors(&self) -> Vec<LodLevel> {
         let limits = self.settings.error_limits;
-        let made = self.model.coarser.iter();
-        let (model, settings) = (self.model, self.settings);
-        let looks = self
-            .looks
-            .get_or_init(|| Looks::of(&model.primitives, &settings.pictured));
-        let measured = made.map(|primitives| {
-            let distance = hausdorff_bound_of(source, &ShapeTree::of(primitives), limits);
-            let off = looks.as_ref().map_or(0.0, |looks| looks.error_of(primitives));
-            LodLevel::new(primitives.clone(), distance.max(off))
+        let measured = self.model.coarser.iter().map(|primitives| {
+            let level = ShapeTree::of(primitives);
+            let distance = hausdorff_bound_of(self.source(), &level, limits);
+            LodLevel::new(primitives.clone(), distance.max(self.off(primitives, &level)))
         });
         measured.filter(|level| level.geometric_error.is_finite()).collect()
     }
@@ -93,6 +87,19 @@ impl<'a> Generator<'a> {
     /// do not ask for it.
     pub fn quadric_mesh(&mut self, target: usize) -> Option<Vec<Primitive>> {
         self.by_quadric(target).map(|mesh| mesh.primitives)
+    }
+
+    fn source(&self) -> &ShapeTree {
+        self.source.get_or_init(|| ShapeTree::of(&self.model.primitives))
+    }
+
+    /// How far off a level shows what is painted.
+    fn off(&self, level: &[Primitive], tree: &ShapeTree) -> f64 {
+        let (model, settings) = (self.model, self.settings);
+        let looks = self
+            .looks
+            .get_or_init(|| Looks::of(&model.primitives, &settings.pictured));
+        looks.as_ref().map_or(0.0, |looks| looks.error_of(level, tree))
     }
 
     fn by_quadric(&mut self, target: usize) -> Option<Collapsed> {
@@ -115,17 +122,11 @@ impl<'a> Generator<'a> {
         (!mesh.origins.is_empty() && (is_solid || self.model.triangle_count() == 0)).then_some(mesh)
     }
 
-    fn measured(&mut self, mesh: Collapsed, of_interest: f64) -> Option<LodLevel> {
-        let source = self.source.get_or_insert_with(|| ShapeTree::of(&self.model.primitives));
+    fn measured(&self, mesh: Collapsed, of_interest: f64) -> Option<LodLevel> {
         let level = ShapeTree::of(&mesh.primitives);
         let limits = self.settings.error_limits;
-        let distance = hausdorff_bound(source, &level, &mesh.origins, limits, of_interest)?;
-        let (model, settings) = (self.model, self.settings);
-        let looks = self
-            .looks
-            .get_or_init(|| Looks::of(&model.primitives, &settings.pictured));
-        let off = looks.as_ref().map_or(0.0, |looks| looks.error_of(&mesh.primitives));
-        let error = distance.max(off);
+        let distance = hausdorff_bound(self.source(), &level, &mesh.origins, limits, of_interest)?;
+        let error = distance.max(self.off(&mesh.primitives, &level));
         (error < of_interest).then(|| LodLevel::new(mesh.primitives, error))
     }
 }

@@ -19,10 +19,13 @@ use std::{
     sync::OnceLock,
 };
 
+use belvedere_scene::Bounds;
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
-use crate::lod::proximity::ShapeTree;
+use crate::lod::octree::to_f64;
+use crate::lod::proximity::{ShapeTree, shapes_of};
+use crate::lod::representative::area;
 use crate::source::{Primitive, Topology};
 
 /// Points on the source, and no fewer than [`LEAST_EACH`] on what has a material.
@@ -76,7 +79,7 @@ struct Paint {
 struct Surface<'a> {
     primitives: &'a [Primitive],
     pictured: &'a Pictured,
-    tree: ShapeTree,
+    tree: &'a ShapeTree,
     /// The first shape of each primitive.
     firsts: Vec<u32>,
     by_material: BTreeMap<Option<usize>, ShapeTree>,
@@ -95,13 +98,19 @@ impl<'a> Looks<'a> {
         if materials.len() < 2 && !solid().any(is_painted) {
             return None;
         }
-        let areas: Vec<f64> = solid().map(area).collect();
-        let total: f64 = areas.iter().sum();
+        let areas: Vec<Vec<f64>> = solid()
+            .map(|p| shapes_of([p]).into_iter().map(area).collect())
+            .collect();
+        let total: f64 = areas.iter().map(|areas| areas.iter().sum::<f64>()).sum();
         let mut points = Vec::new();
-        for (primitive, area) in solid().zip(&areas) {
-            let share = if total > 0.0 { area / total } else { 0.0 };
+        for (primitive, areas) in solid().zip(&areas) {
+            let share = if total > 0.0 {
+                areas.iter().sum::<f64>() / total
+            } else {
+                0.0
+            };
             let count = ((share * POINTS as f64) as usize).max(LEAST_EACH);
-            points.extend(spread(primitive, *area, count, pictured));
+            points.extend(spread(primitive, areas, count, pictured));
         }
         let by_material = materials.iter().filter(|_| materials.len() > 1);
         Some(Self {
@@ -113,9 +122,9 @@ impl<'a> Looks<'a> {
         })
     }
 
-    /// How far off a level shows what is painted, in model-space units.
-    pub(super) fn error_of(&self, level: &[Primitive]) -> f64 {
-        let surface = Surface::of(level, self.pictured, self.by_material.keys().copied());
+    /// How far off a level, of whose shapes there is a tree, shows what is painted, in model-space units.
+    pub(super) fn error_of(&self, level: &[Primitive], tree: &ShapeTree) -> f64 {
+        let surface = Surface::of((level, tree), self.pictured, self.by_material.keys().copied());
         if surface.tree.shapes.is_empty() {
             return 0.0;
         }
@@ -166,7 +175,11 @@ impl<'a> Looks<'a> {
 }
 
 impl<'a> Surface<'a> {
-    fn of(primitives: &'a [Primitive], pictured: &'a Pictured, materials: impl Iterator<Item = Option<usize>>) -> Self {
+    fn of(
+        (primitives, tree): (&'a [Primitive], &'a ShapeTree),
+        pictured: &'a Pictured,
+        materials: impl Iterator<Item = Option<usize>>,
+    ) -> Self {
         let mut first = 0;
         let firsts = primitives.iter().map(|primitive| {
             first += primitive.count() as u32;
@@ -177,7 +190,7 @@ impl<'a> Surface<'a> {
         Self {
             primitives,
             pictured,
-            tree: ShapeTree::of(primitives),
+            tree,
             firsts,
             by_material: trees.filter(|(_, tree)| !tree.shapes.is_empty()).collect(),
         }
@@ -244,14 +257,13 @@ fn shares_at(at: DVec3, &[a, b, c]: &[DVec3; 3]) -> [f64; 3] {
     [1.0 - v - w, v, w]
 }
 
-/// Points spread evenly over the area of a primitive's triangles.
-fn spread(primitive: &Primitive, area: f64, count: usize, pictured: &Pictured) -> Vec<Point> {
-    let triangles = primitive.indices.as_chunks::<3>().0;
+/// Points spread evenly over a primitive's triangles, which have these areas.
+fn spread(primitive: &Primitive, areas: &[f64], count: usize, pictured: &Pictured) -> Vec<Point> {
+    let area: f64 = areas.iter().sum();
     let mut points = Vec::with_capacity(count);
     let (mut passed, mut next) = (0.0, 0);
-    for triangle in triangles {
-        let corners = triangle.map(|corner| position(primitive, corner));
-        let own = area_of(&corners);
+    for (triangle, &own) in primitive.indices.as_chunks::<3>().0.iter().zip(areas) {
+        let corners = triangle.map(|corner| to_f64(primitive.positions[corner as usize]));
         passed += own;
         while next < count && (next as f64 + 0.5) * area <= passed * count as f64 && own > 0.0 {
             let [u, v] = STEPS.map(|step| (0.5 + step * next as f64).fract());
@@ -269,21 +281,6 @@ fn spread(primitive: &Primitive, area: f64, count: usize, pictured: &Pictured) -
     points
 }
 
-fn position(primitive: &Primitive, vertex: u32) -> DVec3 {
-    DVec3::from_array(primitive.positions[vertex as usize].map(f64::from))
-}
-
-fn area_of(&[a, b, c]: &[DVec3; 3]) -> f64 {
-    0.5 * (b - a).cross(c - a).length()
-}
-
-fn area(primitive: &Primitive) -> f64 {
-    let triangles = primitive.indices.as_chunks::<3>().0.iter();
-    triangles
-        .map(|triangle| area_of(&triangle.map(|corner| position(primitive, corner))))
-        .sum()
-}
-
 /// How many pictures lie along a unit of length on a triangle of some area: the root of how large it is on its picture, beside that.
 fn pictures_a_length(primitive: &Primitive, triangle: [u32; 3], area: f64, pictured: &Pictured) -> f64 {
     picture_of(primitive, pictured).map_or(0.0, |(uvs, pictures)| {
@@ -294,12 +291,9 @@ fn pictures_a_length(primitive: &Primitive, triangle: [u32; 3], area: f64, pictu
 
 /// The longest side of the box around everything.
 fn extent(primitives: &[Primitive]) -> f64 {
-    let corners = primitives.iter().flat_map(|p| &p.positions);
-    let corners = corners.map(|p| DVec3::from_array(p.map(f64::from)));
-    let (min, max) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| {
-        (min.min(p), max.max(p))
-    });
-    (max - min).max_element().max(0.0)
+    let places = primitives.iter().flat_map(|p| &p.positions);
+    let bounds = Bounds::around(places.map(|place| place.map(f64::from)));
+    bounds.size_m().into_iter().fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -356,7 +350,7 @@ mod tests {
         let pictured = pictured.iter().map(|material| (*material, (0, 1.0))).collect();
         Looks::of(source, &pictured)
             .expect("something is painted")
-            .error_of(level)
+            .error_of(level, &ShapeTree::of(level))
     }
 
     #[test]

@@ -291,6 +291,7 @@ pub(super) fn representative(parts: &[Part], side: f64, involved: &Involved<'_>)
     whole
 }
 
-fn area([a, b, c]: [DVec3; 3]) -> f64 {
+/// Of a triangle.
+pub(super) fn area([a, b, c]: [DVec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }

@@ -4,12 +4,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    CellVisibility, SeenObject,
-    look::{Found, Looked},
-    sampler::Sighting,
-    surroundings::Surroundings,
-};
+use super::{CellVisibility, SeenObject, look::Looked, sampler::Sighting, surroundings::Surroundings};
 
 /// [`Looked`] in numbers of the surroundings; floats as their bits.
 #[derive(Serialize, Deserialize)]
@@ -26,11 +21,10 @@ struct Kept {
 
 /// Writes it. `None` when it names an object outside the surroundings, which only rounding can bring about.
 pub(super) fn encode(looked: &Looked, surroundings: &Surroundings) -> Option<String> {
-    let found = &looked.found;
     let number = |object: &u32| surroundings.number_of(*object);
     let numbers = |objects: &[u32]| objects.iter().map(number).collect::<Option<Vec<_>>>();
     let bits = |place: Vec3| place.to_array().map(f32::to_bits);
-    let objects = found.seen.objects.iter().map(|seen| {
+    let objects = looked.seen.objects.iter().map(|seen| {
         let doors = numbers(&seen.doors)?;
         Some((
             number(&seen.object)?,
@@ -39,7 +33,7 @@ pub(super) fn encode(looked: &Looked, surroundings: &Surroundings) -> Option<Str
             doors,
         ))
     });
-    let open = found
+    let open = looked
         .open
         .iter()
         .map(|(object, doors)| Some((number(object)?, numbers(doors)?)));
@@ -50,8 +44,8 @@ pub(super) fn encode(looked: &Looked, surroundings: &Surroundings) -> Option<Str
         open: open.collect::<Option<_>>()?,
         sightings: sightings.collect::<Option<_>>()?,
         uniform_rays: looked.uniform_rays,
-        miss_bound: found.seen.miss_bound.to_bits(),
-        rays: found.seen.rays,
+        miss_bound: looked.seen.miss_bound.to_bits(),
+        rays: looked.seen.rays,
     };
     serde_json::to_string(&kept).ok()
 }
@@ -82,7 +76,7 @@ pub(super) fn decode(text: &str, surroundings: &Surroundings) -> Option<Looked> 
             triangle: None,
         })
     });
-    let found = Found {
+    Some(Looked {
         seen: CellVisibility {
             objects: seen.collect::<Option<_>>()?,
             cells: Vec::new(),
@@ -90,10 +84,6 @@ pub(super) fn decode(text: &str, surroundings: &Surroundings) -> Option<Looked> 
             rays: kept.rays,
         },
         open: open.collect::<Option<_>>()?,
-        remembered: true,
-    };
-    Some(Looked {
-        found,
         sightings: sightings.collect::<Option<_>>()?,
         uniform_rays: kept.uniform_rays,
     })

@@ -58,7 +58,10 @@ pub(super) struct Found {
 
 /// What was found for one cell but for the cells that it sees into, and how.
 pub(super) struct Looked {
-    pub(super) found: Found,
+    /// As in [`Found`].
+    pub(super) seen: CellVisibility,
+    /// Likewise.
+    pub(super) open: Vec<(u32, Vec<u32>)>,
     /// A sight line to each object that rays have seen, in order of discovery.
     pub(super) sightings: Vec<Sighting>,
     /// How many uniform rays it took.
@@ -95,12 +98,11 @@ impl Looker<'_> {
         });
         let random = Random::stream(self.sampled.seed.wrapping_add(CELLS_SEED), key.number());
         let cells = self.cells_seen(cell, &looked, random, scratch);
-        let mut found = Found {
+        Found {
+            seen: CellVisibility { cells, ..looked.seen },
+            open: looked.open,
             remembered,
-            ..looked.found
-        };
-        found.seen.cells = cells;
-        found
+        }
     }
 
     /// The cells that a cell sees into, rising, itself among them.
@@ -161,7 +163,7 @@ impl Looker<'_> {
         objects.sort_by(SeenObject::order);
         let not_hidden = not_hidden.iter().map(|number| surroundings.objects[*number as usize]);
         let open = not_hidden.filter(|object| !sightings.contains_key(object));
-        let found = Found {
+        Looked {
             open: open.map(|object| (object, marker.doors_of(object, None))).collect(),
             seen: CellVisibility {
                 objects,
@@ -169,10 +171,6 @@ impl Looker<'_> {
                 miss_bound: uniform.miss_bound,
                 rays: state.rays,
             },
-            remembered: false,
-        };
-        Looked {
-            found,
             sightings: state.seen,
             uniform_rays: uniform.rays,
         }
