@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use belvedere_bake::{
     glb::write_whole,
-    source::{Material, Primitive, Role, SourceModel, SourceObject, SourceScene},
+    smooth::drawn,
+    source::{Material, Role, SourceModel, SourceObject, SourceScene},
 };
 use belvedere_scene::{
     BlobHash,
@@ -141,17 +142,16 @@ fn triangles_of(snapshot: &Snapshot) -> usize {
     snapshot.indices.iter().map(Vec::len).sum::<usize>() / 3
 }
 
-/// A primitive for each material, over the vertices that it uses; all numbers as the decoder gives them.
+/// The mesh as a file.
 fn glb_of(snapshot: &Snapshot) -> Vec<u8> {
     let material = |number| Material {
         gltf: json!({"name": format!("material {number}")}),
         see_through: false,
         double_sided: false,
     };
-    let parts = snapshot.indices.iter().enumerate();
-    let drawn = parts.filter(|(_, corners)| !corners.is_empty());
+    let numbers: Vec<_> = (0..snapshot.indices.len()).map(Some).collect();
     let model = SourceModel {
-        primitives: drawn.map(|(i, corners)| part(snapshot, i, corners)).collect(),
+        primitives: drawn::primitives(snapshot, &numbers),
         ..SourceModel::default()
     };
     let mut scene = SourceScene {
@@ -170,31 +170,4 @@ fn glb_of(snapshot: &Snapshot) -> Vec<u8> {
         });
     }
     write_whole(&scene)
-}
-
-fn part(snapshot: &Snapshot, material: usize, corners: &[u32]) -> Primitive {
-    let mut new_of = vec![u32::MAX; snapshot.positions.len()];
-    let mut used: Vec<u32> = Vec::new();
-    let indices = corners.iter().map(|&corner| {
-        let new = &mut new_of[corner as usize];
-        if *new == u32::MAX {
-            *new = used.len() as u32;
-            used.push(corner);
-        }
-        *new
-    });
-    Primitive {
-        indices: indices.collect(),
-        material: Some(material),
-        positions: pick(&snapshot.positions, &used),
-        normals: pick(&snapshot.normals, &used),
-        uvs: snapshot.uvs.iter().map(|set| pick(set, &used)).collect(),
-        colors: pick(&snapshot.colours, &used),
-        ..Primitive::default()
-    }
-}
-
-/// The rows of these vertices; nothing of nothing.
-fn pick<T: Copy>(rows: &[T], used: &[u32]) -> Vec<T> {
-    used.iter().filter_map(|&i| rows.get(i as usize).copied()).collect()
 }

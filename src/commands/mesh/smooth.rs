@@ -8,7 +8,7 @@ use std::{
 use anyhow::Context;
 use belvedere_bake::{
     defect::Defect,
-    lod::error::HausdorffLimits,
+    lod::LodSettings,
     smooth::{
         encode, publish,
         quantise::{Precision, QuantisedMesh},
@@ -200,7 +200,7 @@ fn report(number: usize, scene: &SourceScene, args: &Args) -> anyhow::Result<Opt
     decoder.push(&stream)?;
     let decode_s = started.elapsed().as_secs_f64();
 
-    let errors = publish::geometric_errors(model, &mesh, &stream, HausdorffLimits::default())?;
+    let errors = publish::geometric_errors(model, &mesh, &stream, &LodSettings::default().for_materials(materials))?;
     // Packets of the thesis name no cuts.
     let header = Header::read(&stream)?.filter(|_| !args.thesis);
     let cuts = header.map_or(Vec::new(), |(header, _)| header.cuts);

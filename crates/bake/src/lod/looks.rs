@@ -42,7 +42,7 @@ const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 type Pictured = BTreeMap<usize, (usize, f64)>;
 
 /// A model's surface, as it is painted.
-pub(super) struct Looks<'a> {
+pub(crate) struct Looks<'a> {
     primitives: &'a [Primitive],
     pictured: &'a Pictured,
     points: Vec<Point>,
@@ -87,7 +87,7 @@ struct Surface<'a> {
 
 impl<'a> Looks<'a> {
     /// Of a source. `None` where nothing is painted that could be off.
-    pub(super) fn of(primitives: &'a [Primitive], pictured: &'a Pictured) -> Option<Self> {
+    pub(crate) fn of(primitives: &'a [Primitive], pictured: &'a Pictured) -> Option<Self> {
         let solid = || {
             primitives
                 .iter()
@@ -123,7 +123,7 @@ impl<'a> Looks<'a> {
     }
 
     /// How far off a level, of whose shapes there is a tree, shows what is painted, in model-space units.
-    pub(super) fn error_of(&self, level: &[Primitive], tree: &ShapeTree) -> f64 {
+    pub(crate) fn error_of(&self, level: &[Primitive], tree: &ShapeTree) -> f64 {
         let surface = Surface::of((level, tree), self.pictured, self.by_material.keys().copied());
         if surface.tree.shapes.is_empty() {
             return 0.0;

@@ -26,7 +26,7 @@ mod equal;
 pub mod error;
 pub mod generate;
 pub mod join;
-mod looks;
+pub(crate) mod looks;
 #[cfg(test)]
 mod method_tests;
 pub(crate) mod octree;

@@ -107,7 +107,7 @@ impl<'a> Models<'a> {
         progress: &dyn Progress,
     ) -> Result<(), BakeError> {
         let ledger = Ledger::new(sink, &self.blobs);
-        let smooth = smooth::write(&self.pictures, settings.error_limits, &ledger, progress)?;
+        let smooth = smooth::write(&self.pictures, settings, &ledger, progress)?;
         for (model, smooth) in self.models.iter_mut().zip(smooth) {
             model.smooth = smooth;
         }

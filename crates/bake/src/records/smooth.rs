@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::{BakeError, sink::Ledger, sizes::Pictures};
 use crate::{
     glb,
-    lod::error::HausdorffLimits,
+    lod::LodSettings,
     progress::{Progress, Stage},
     smooth::{
         self, publish,
@@ -25,7 +25,7 @@ use crate::{
 /// The smooth LOD of each model, stored.
 pub(super) fn write(
     pictures: &Pictures<'_>,
-    limits: HausdorffLimits,
+    settings: &LodSettings,
     ledger: &Ledger<'_>,
     progress: &dyn Progress,
 ) -> Result<Vec<Option<SmoothLod>>, BakeError> {
@@ -54,7 +54,7 @@ pub(super) fn write(
             let Some(triangles) = cost else { return Ok(None) };
             let mesh = QuantisedMesh::new(model, publish::precision(model, &scene.materials, scale));
             let bytes = smooth::encode(&mesh).filter(|bytes| bytes.len() < publish::plain_bytes(model));
-            let smooth = bytes.map(|bytes| write_one((model, &mesh), bytes, (pictures, limits), ledger));
+            let smooth = bytes.map(|bytes| write_one((model, &mesh), bytes, (pictures, settings), ledger));
             progress.advance(*triangles);
             Ok(smooth.transpose()?.flatten())
         });
@@ -65,16 +65,16 @@ pub(super) fn write(
 fn write_one(
     (model, mesh): (&SourceModel, &QuantisedMesh),
     bytes: Vec<u8>,
-    (pictures, limits): (&Pictures<'_>, HausdorffLimits),
+    (pictures, settings): (&Pictures<'_>, &LodSettings),
     ledger: &Ledger<'_>,
 ) -> Result<Option<SmoothLod>, BakeError> {
     const READS: &str = "a reader reads what was just written";
     let scene = pictures.scene;
     let (header, _) = Header::read(&bytes).expect(READS).expect(READS);
-    let errors = publish::geometric_errors(model, mesh, &bytes, limits).expect(READS);
+    let errors = publish::geometric_errors(model, mesh, &bytes, settings).expect(READS);
     if !errors
         .last()
-        .is_some_and(|error| publish::is_whole(model, mesh, *error, limits))
+        .is_some_and(|error| publish::is_whole(model, mesh, *error, settings.error_limits))
     {
         return Ok(None);
     }

@@ -152,7 +152,7 @@ impl<'a> Work<'a> {
         let positions: Vec<DVec3> = mesh.positions.iter().map(at).collect();
         Self {
             mesh,
-            quadrics: planes::quadrics(&positions, &mesh.triangles),
+            quadrics: planes::quadrics(&positions, mesh),
             positions,
             triangles: mesh.triangles.clone(),
             alive: (0..mesh.triangles.len() as u32).collect(),

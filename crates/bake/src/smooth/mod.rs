@@ -12,6 +12,7 @@
 pub mod canonical;
 mod collapse;
 mod cuts;
+pub mod drawn;
 pub mod error;
 mod lattices;
 mod planes;

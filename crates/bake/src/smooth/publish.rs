@@ -8,15 +8,15 @@
 //! * **How fine**: 14 bits, and up to 16 where the lattice's step would be above [`STEP_M`] in the world; texture
 //!   coordinates 12 bits, and more where a step would be above 1/4096 of a picture that is repeated; colours 8 bits where they are
 //!   bytes, else 12, and more where a step would be above 1/4096 of white. Where [`MOST_ATTRIBUTE_BITS`] are too few, there is none.
-//! * **How far**: the same upper bound of the two-sided Hausdorff distance as that of levels ([`crate::lod::error`]),
-//!   between the source and what a decoder draws after the rung's last byte.
+//! * **How far**: measured as levels are ([`crate::lod`]): the same upper bound of the two-sided Hausdorff distance between the source
+//!   and what a decoder draws after the rung's last byte or, where that is more, how far off is what is painted on it.
 
-use belvedere_scene::smooth::{Decoder, Header, SmoothError, Snapshot};
-use glam::DVec3;
+use belvedere_scene::smooth::{Decoder, Header, SmoothError};
 
+use super::drawn;
 use super::quantise::{MOST_ATTRIBUTE_BITS, MOST_UV_SETS, Precision, QuantisedMesh, materials as used_materials};
 use crate::lod::error::{HausdorffLimits, hausdorff_bound_of};
-use crate::lod::proximity::{Corners, ShapeTree};
+use crate::lod::{LodSettings, looks::Looks, proximity::ShapeTree};
 use crate::pictures::texels::pictures_a_unit;
 use crate::source::{Material, Primitive, SourceModel, Topology};
 
@@ -113,7 +113,8 @@ fn longest<'a, const N: usize>(points: impl Iterator<Item = &'a [f32; N]>) -> f6
 }
 
 /// For each cut of a smooth LOD: no point of the model's triangles is farther from the mesh that those bytes give, nor
-/// the reverse. In model-space units; never rises from cut to cut.
+/// the reverse; more where what is painted is farther off. In model-space units; never rises from cut to cut. Of the whole stream it
+/// is the distance alone: what is painted there is the source's but for rounding.
 ///
 /// # Errors
 /// When the bytes are not a smooth LOD.
@@ -121,10 +122,12 @@ pub fn geometric_errors(
     model: &SourceModel,
     mesh: &QuantisedMesh,
     bytes: &[u8],
-    limits: HausdorffLimits,
+    settings: &LodSettings,
 ) -> Result<Vec<f64>, SmoothError> {
     let mut decoder = Decoder::new(u64::MAX);
     let source = ShapeTree::of(told(model));
+    let looks = Looks::of(&model.primitives, &settings.pictured);
+    let materials = used_materials(model);
     let cuts = Header::read(bytes)?.map_or(Vec::new(), |(header, _)| header.cuts);
     let mut errors = Vec::with_capacity(cuts.len());
     let mut pushed = 0;
@@ -137,7 +140,11 @@ pub fn geometric_errors(
         }
         decoder.push(&bytes[pushed..end])?;
         pushed = end;
-        errors.push(distance(&source, decoder.snapshot(), limits));
+        let drawn = drawn::primitives(&decoder.snapshot(), &materials);
+        let tree = ShapeTree::of(&drawn);
+        let distance = hausdorff_bound_of(&source, &tree, settings.error_limits);
+        let looks = looks.as_ref().filter(|_| end < bytes.len());
+        errors.push(looks.map_or(distance, |looks| distance.max(looks.error_of(&drawn, &tree))));
     }
     let mut worst = 0.0;
     for error in errors.iter_mut().rev() {
@@ -162,11 +169,4 @@ fn rounding(model: &SourceModel, mesh: &QuantisedMesh) -> f64 {
         .flatten()
         .fold(0.0, |far, x| f64::max(far, f64::from(*x).abs()));
     3f64.sqrt() * (0.5 * f64::from(mesh.step) * (1.0 + 1e-6) + farthest * f64::from(f32::EPSILON))
-}
-
-fn distance(source: &ShapeTree, drawn: Snapshot, limits: HausdorffLimits) -> f64 {
-    let corner = |i: u32| DVec3::from_array(drawn.positions[i as usize].map(f64::from));
-    let triangles = drawn.indices.iter().flat_map(|corners| corners.as_chunks::<3>().0);
-    let shapes: Vec<Corners> = triangles.map(|t| t.map(corner)).collect();
-    hausdorff_bound_of(source, &ShapeTree::new(shapes), limits)
 }

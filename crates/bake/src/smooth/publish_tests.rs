@@ -1,9 +1,12 @@
 use belvedere_scene::smooth::{Decoder, Header};
 
+use super::drawn;
 use super::publish::{STEP_M, geometric_errors, is_whole, is_worthwhile, precision, tells_attributes};
 use super::quantise::QuantisedMesh;
 use super::tests::encode;
+use crate::lod::LodSettings;
 use crate::lod::error::HausdorffLimits;
+use crate::lod::looks::Looks;
 use crate::lod::proximity::ShapeTree;
 use crate::source::{Material, Primitive, SourceModel, Topology};
 
@@ -39,7 +42,7 @@ fn no_sampled_point_is_farther_than_a_rung_says() {
     let mesh = QuantisedMesh::new(&model, precision(&model, &[], 1.0));
     let bytes = encode(&mesh);
     let (header, _) = Header::read(&bytes).unwrap().unwrap();
-    let errors = geometric_errors(&model, &mesh, &bytes, HausdorffLimits::default()).unwrap();
+    let errors = geometric_errors(&model, &mesh, &bytes, &LodSettings::default()).unwrap();
     assert_eq!(errors.len(), header.cuts.len());
     assert!(errors.len() > 3 && errors.is_sorted_by(|a, b| a >= b), "{errors:?}");
     assert!(*errors.last().unwrap() < 1e-4, "{errors:?}");
@@ -77,7 +80,7 @@ fn a_needle_that_rounding_swallows_is_in_the_last_error() {
     let model = model([primitive]);
     let mesh = QuantisedMesh::new(&model, precision(&model, &[], 1.0));
     assert_eq!(mesh.degenerate, 1);
-    let errors = geometric_errors(&model, &mesh, &encode(&mesh), HausdorffLimits::default()).unwrap();
+    let errors = geometric_errors(&model, &mesh, &encode(&mesh), &LodSettings::default()).unwrap();
     assert!((0.5..0.9).contains(errors.last().unwrap()), "{errors:?}");
     let is_whole = |model: &SourceModel, errors: &[f64]| {
         let mesh = QuantisedMesh::new(model, precision(model, &[], 1.0));
@@ -92,7 +95,7 @@ fn a_needle_that_rounding_swallows_is_in_the_last_error() {
     let within = self::model([within]);
     let mesh = QuantisedMesh::new(&within, precision(&within, &[], 1.0));
     assert_eq!(mesh.degenerate, 1);
-    let errors = geometric_errors(&within, &mesh, &encode(&mesh), HausdorffLimits::default()).unwrap();
+    let errors = geometric_errors(&within, &mesh, &encode(&mesh), &LodSettings::default()).unwrap();
     assert!(is_whole(&within, &errors), "{errors:?}");
 }
 
@@ -106,11 +109,64 @@ fn lines_and_points_that_no_stream_tells_are_in_no_error() {
     };
     let errors = |model: &SourceModel| {
         let mesh = QuantisedMesh::new(model, precision(model, &[], 1.0));
-        geometric_errors(model, &mesh, &encode(&mesh), HausdorffLimits::default()).unwrap()
+        geometric_errors(model, &mesh, &encode(&mesh), &LodSettings::default()).unwrap()
     };
     let alone = model([bowl(24)]);
     let [lines, points] = [Topology::Lines, Topology::Points].map(|topology| beside(topology, 1e5));
     assert_eq!(errors(&model([bowl(24), lines, points])), errors(&alone));
+}
+
+/// Six by six fields of a metre, each of 4 × 4 quads, of two materials in turn.
+fn chess_floor() -> SourceModel {
+    const FIELDS: u32 = 6;
+    const QUADS: u32 = 4 * FIELDS;
+    let at = |i: u32| i as f32 / 4.0;
+    let of_material = |material: u32| {
+        let mut primitive = Primitive {
+            material: Some(material as usize),
+            positions: (0..=QUADS)
+                .flat_map(|z| (0..=QUADS).map(move |x| [at(x), 0.0, at(z)]))
+                .collect(),
+            ..Primitive::default()
+        };
+        for (z, x) in (0..QUADS).flat_map(|z| (0..QUADS).map(move |x| (z, x))) {
+            if (z / 4 + x / 4) % 2 == material {
+                let a = z * (QUADS + 1) + x;
+                let b = a + QUADS + 1;
+                primitive.indices.extend([a, b, a + 1, a + 1, b, b + 1]);
+            }
+        }
+        primitive
+    };
+    model([of_material(0), of_material(1)])
+}
+
+#[test]
+fn rungs_of_a_flat_floor_keep_its_fields_or_say_that_they_do_not() {
+    let model = chess_floor();
+    let mesh = QuantisedMesh::new(&model, precision(&model, &[], 1.0));
+    let bytes = encode(&mesh);
+    let (header, _) = Header::read(&bytes).unwrap().unwrap();
+    let errors = geometric_errors(&model, &mesh, &bytes, &LodSettings::default()).unwrap();
+    let stated: Vec<(u32, f64)> = header.cuts.iter().map(|cut| cut.triangles).zip(errors).collect();
+    let (whole, coarser) = stated.split_last().unwrap();
+    assert!(whole.1 < 1e-3, "{stated:?}");
+    for (triangles, error) in coarser {
+        assert!(
+            *triangles >= 72 || *error > 0.2,
+            "two triangles a field are the least: {stated:?}"
+        );
+    }
+    // What has all fields comes long before the whole.
+    let mut decoder = Decoder::new(u64::MAX);
+    let half = bytes.len() / 2;
+    decoder.push(&bytes[..half]).unwrap();
+    let drawn = drawn::primitives(&decoder.snapshot(), &[Some(0), Some(1)]);
+    let pictured = Default::default();
+    let off = Looks::of(&model.primitives, &pictured)
+        .unwrap()
+        .error_of(&drawn, &ShapeTree::of(&drawn));
+    assert!(off < 0.05, "{off} m off after {half} bytes of {}", bytes.len());
 }
 
 #[test]
