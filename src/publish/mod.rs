@@ -48,7 +48,7 @@ use crate::{
 };
 
 /// Changes whenever the same source would give other bytes than before, so that a newer build bakes again.
-const BAKE_VERSION: u32 = 30;
+const BAKE_VERSION: u32 = 31;
 
 /// So long a scene's name for people may be.
 pub(crate) const MOST_TITLE_BYTES: usize = 200;

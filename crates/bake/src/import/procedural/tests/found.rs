@@ -218,8 +218,15 @@ fn what_keeps_a_model_from_being_grown_alone_is_counted() {
     assert_eq!(
         growable.sentence().unwrap(),
         "2 of 6 models can be grown by clients; 1 takes what its caller paints it with: let the part paint itself, with a parameter for \
-         what differs; 1 is what `called` names: draw it in a `part`, and call that behind `called`; 1 holds other parts or glTF \
-         files: let a rule place parts side by side; 1 comes from a glTF file"
+         what differs; 1 is what `called` names: draw it in a `part`, and call that behind `called`; 1 holds other parts, glTF \
+         files or something `called`: let a rule place parts side by side; 1 comes from a glTF file"
+    );
+    // Also where there is nothing in what is called.
+    let text = "part hall() { called \"cell:a\" {} box(1, 1, 1) } hall()";
+    assert_eq!(
+        Growable::of(&rules(text, &[]).unwrap().scene).sentence().unwrap(),
+        "0 of 1 model can be grown by clients; 1 holds other parts, glTF files or something `called`, as `hall`: let a rule place parts \
+         side by side"
     );
     let text = "part own() { box(1, 1, 1) } box(1, 2, 1) move(4, 0, 0) own()";
     assert_eq!(
