@@ -12,7 +12,7 @@ use belvedere_scene::SceneName;
 use tokio::task::JoinError;
 
 use super::{
-    output::{bytes, percent, print, print_json},
+    output::{bytes, counted, percent, print, print_json},
     sowing::{SowingArgs, blamed},
 };
 use crate::{
@@ -214,16 +214,16 @@ pub(super) fn summary(report: &Report) -> String {
         ));
     }
     lines.push(format!(
-        "  {} objects of {} models, {} triangles; {} source, {} published",
-        report.objects,
-        report.models,
-        report.triangles,
+        "  {} of {}, {}; {} source, {} published",
+        counted(report.objects as usize, "object"),
+        counted(report.models as usize, "model"),
+        counted(report.triangles as usize, "triangle"),
         size("source"),
         size("published"),
     ));
     lines.push(format!(
-        "  {} view cells; {:.1} objects visible from a cell on average, {} culled ({})",
-        report.cells,
+        "  {}; {:.1} objects visible from a cell on average, {} culled ({})",
+        counted(report.cells as usize, "view cell"),
         report.visibility.mean_visible,
         percent(report.visibility.mean_culled),
         report.visibility.method,
@@ -250,11 +250,11 @@ pub(super) fn summary(report: &Report) -> String {
     ));
     let packs = &report.packs;
     lines.push(format!(
-        "  {} of {} coarsest levels in {} packs: with nothing in hand a cell takes {:.1} requests for them on average, \
+        "  {} of {} in {}: with nothing in hand a cell takes {:.1} requests for them on average, \
          coming from next door {:.1}; {} of the bytes are of what it does not see",
         packs.files,
-        report.models,
-        packs.packs,
+        counted(report.models as usize, "coarsest level"),
+        counted(packs.packs as usize, "pack"),
         packs.requests_per_cell,
         packs.requests_per_crossing,
         percent(packs.wasted_share),

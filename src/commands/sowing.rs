@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, ffi::OsStr};
 
 use belvedere_bake::import::{ImportError, procedural::Sowing};
 use belvedere_scene::procedural::{
-    Settings, Value, is_order,
+    Settings, Value, in_place_of_text, is_order,
     limits::{FINEST, MAX_LIST_DEPTH, reached},
 };
 use clap::{
@@ -19,7 +19,7 @@ pub(super) struct SowingArgs {
     #[arg(long, value_name = "NAME=VALUE", value_parser = Parameter)]
     set: Vec<(String, Value)>,
     /// Where the random numbers of rules come from
-    #[arg(long, default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0, value_parser = Whole("--seed <SEED>", seed), allow_negative_numbers = true)]
     seed: u32,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct GrowthArgs {
     #[command(flatten)]
     sowing: SowingArgs,
     /// The level of detail of rules, from 0 (coarsest) to 4 (finest)
-    #[arg(long, default_value_t = FINEST, value_parser = detail, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = FINEST, value_parser = Whole("--detail <DETAIL>", detail), allow_negative_numbers = true)]
     detail: u32,
 }
 
@@ -108,6 +108,23 @@ fn seed(text: &str) -> Result<u32, String> {
         .map_err(|_| format!("a seed is a whole number from 0 to {}", u32::MAX))
 }
 
+/// Reads what is called so. What is wrong is told with no more of a long value than its beginning.
+#[derive(Debug, Clone)]
+struct Whole(&'static str, fn(&str) -> Result<u32, String>);
+
+impl TypedValueParser for Whole {
+    type Value = u32;
+
+    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<u32, Error> {
+        let Self(what, read) = self;
+        let text = value.to_string_lossy();
+        read(&text).map_err(|wrong| {
+            let told = format!("invalid value '{}' for '{what}': {wrong}\n", beginning(&text));
+            Error::raw(ErrorKind::ValueValidation, told).with_cmd(command)
+        })
+    }
+}
+
 /// Reads `NAME=VALUE`. What is wrong is told once, and no more of a long value than its beginning.
 #[derive(Debug, Clone)]
 struct Parameter;
@@ -133,10 +150,12 @@ fn parameter(text: &str) -> Result<(String, Value), String> {
         return Err(format!("the value of `{}` has {reached}", beginning(name.trim())));
     }
     let unread = || {
+        let instead = in_place_of_text(value.trim()).map(|instead| format!("; write `{instead}`"));
         format!(
-            "the value of `{}` is neither a number nor a list of them: `{}`",
+            "the value of `{}` is neither a number nor a list of them: `{}`{}",
             beginning(name.trim()),
-            beginning(value)
+            beginning(value),
+            instead.unwrap_or_default()
         )
     };
     let json = serde_json::from_str(value).map_err(|cause| format!("{}{}", unread(), place_in(value, &cause)))?;
@@ -248,6 +267,16 @@ mod tests {
             parameter("a=[1, {}]").unwrap_err(),
             "the value of `a` is neither a number nor a list of them: `[1, {}]`"
         );
+        for (given, instead) in [
+            ("#ff0000", "[1,0,0]"),
+            ("#0f8", "[0,1,0.533]"),
+            ("true", "1"),
+            ("false", "0"),
+        ] {
+            let told = parameter(&format!("tint={given}")).unwrap_err();
+            assert!(told.ends_with(&format!(": `{given}`; write `{instead}`")), "{told}");
+            assert!(parameter(&format!("tint={instead}")).is_ok());
+        }
         let long = parameter(&format!("a=[{}x]", "1, ".repeat(500))).unwrap_err();
         assert!(long.contains("from letter 1502 on: `x]`") && long.len() < 250, "{long}");
         let long = parameter(&"x".repeat(70_000)).unwrap_err();

@@ -12,7 +12,10 @@ use std::{
 
 use anyhow::Context;
 use belvedere_bake::import::{FileError, SourceFiles, plan};
-use belvedere_scene::{BlobHash, procedural::nearest};
+use belvedere_scene::{
+    BlobHash,
+    procedural::{cut, nearest},
+};
 
 use crate::worlds;
 
@@ -152,7 +155,14 @@ pub(crate) fn find_named(path: &Path) -> anyhow::Result<Metadata> {
         } else {
             String::new()
         };
-        anyhow::Error::from(cause).context(format!("cannot read {}{neighbours}", path.display()))
+        let shown = path.display().to_string();
+        // A path that the system takes for too long may be of any length.
+        let shown = match cause.kind() {
+            ErrorKind::InvalidFilename => cut(&shown),
+            _ => shown.as_str().into(),
+        };
+        let told = format!("cannot read {shown}{neighbours}");
+        anyhow::Error::from(cause).context(told)
     })?;
     anyhow::ensure!(!about.is_dir(), "{} is a folder: name the file in it", path.display());
     anyhow::ensure!(about.is_file(), "{} is not a regular file", path.display());

@@ -126,6 +126,20 @@ fn grow_says_what_its_options_take_and_reads_no_device() {
             "{option} {value}: {said}"
         );
     }
+    // No more is repeated of what was given than of a line.
+    let long = "7".repeat(100_000);
+    for args in [
+        &["grow", &file, "--seed", &long][..],
+        &["grow", &file, "--detail", &long],
+        &["grow", &long],
+    ] {
+        let refused = data.run(args);
+        let said = text(&refused.stderr);
+        assert!(
+            !refused.status.success() && said.contains("777…") && said.len() < 500,
+            "{said}"
+        );
+    }
     for (rules, wanted) in [
         (
             "import \"pots.dcg\" as post",

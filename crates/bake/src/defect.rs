@@ -62,12 +62,12 @@ impl fmt::Display for Defect {
 }
 
 impl Defects {
-    /// Notes `count` defects of a kind; `place` names the first of them. Nothing happens when `count` is zero.
+    /// Notes `count` defects of a kind; `place` names the first of them, in one line. Nothing happens when `count` is zero.
     pub fn note(&mut self, kind: &'static str, count: u64, place: impl FnOnce() -> String) {
         if count > 0 {
             let noted = self.0.entry(kind).or_default();
             if noted.count == 0 {
-                noted.places.push(place());
+                noted.places.push(in_a_line(place()));
             }
             noted.count += count;
         }
@@ -76,11 +76,16 @@ impl Defects {
     /// Notes a defect of a kind at each of some places, all of which are named as far as they are not too many. A kind is noted either so or as [`note`](Self::note) does.
     pub fn name(&mut self, kind: &'static str, places: impl IntoIterator<Item = String>) {
         for place in places {
-            let noted = self.0.entry(kind).or_default();
-            noted.count += 1;
-            noted.keep([place]);
-            noted.names_all = true;
+            self.tell(kind, in_a_line(place));
         }
+    }
+
+    /// The same of one place that is told as it is, in as many lines as that has.
+    pub fn tell(&mut self, kind: &'static str, place: String) {
+        let noted = self.0.entry(kind).or_default();
+        noted.count += 1;
+        noted.keep([place]);
+        noted.names_all = true;
     }
 
     /// Adds what was noted elsewhere; the first place stays the first.
@@ -112,6 +117,18 @@ impl Defects {
     }
 }
 
+/// A place by the names that others gave, whatever is in these.
+fn in_a_line(place: String) -> String {
+    if !place.contains(char::is_control) {
+        return place;
+    }
+    let told = |c: char| match c.is_control() {
+        true => c.escape_default().to_string(),
+        false => c.to_string(),
+    };
+    place.chars().map(told).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,10 +143,20 @@ mod tests {
         others.name("leak", ["c".to_owned()]);
         others.note("never", 0, || "d".to_owned());
         defects.absorb(others);
+        defects.note("mark", 1, || "two\nlines".to_owned());
+        defects.tell("rule", "two\nlines".to_owned());
         let told: Vec<_> = defects.iter().map(|defect| defect.to_string()).collect();
-        assert_eq!(told, ["3 × dent (first: a)", "3 × leak (a, b, c)"]);
+        assert_eq!(
+            told,
+            [
+                "3 × dent (first: a)",
+                "3 × leak (a, b, c)",
+                "1 × mark (first: two\\nlines)",
+                "1 × rule (first: two\nlines)"
+            ]
+        );
         defects.name("leak", (0..100).map(|number| number.to_string()));
-        let leaks = defects.iter().last().unwrap();
+        let leaks = defects.iter().find(|defect| defect.kind == "leak").unwrap();
         assert_eq!((leaks.count, leaks.others.len() + 1), (103, MOST_NAMED));
         assert!(leaks.to_string().ends_with(", 60 and 39 more)"), "{leaks}");
     }

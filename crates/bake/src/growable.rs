@@ -13,7 +13,7 @@ pub enum Tie {
     Outside,
     /// It is what something is `called`.
     Called,
-    /// Other parts or glTF files stand in it.
+    /// Other parts, glTF files or something `called` stand in it, be that empty.
     Others,
     /// It is a piece of what was cut.
     Cut,
@@ -55,7 +55,10 @@ impl Tie {
             ],
             Self::Outside => ["is drawn outside of parts", "are drawn outside of parts"],
             Self::Called => ["is what `called` names", "are what `called` names"],
-            Self::Others => ["holds other parts or glTF files", "hold other parts or glTF files"],
+            Self::Others => [
+                "holds other parts, glTF files or something `called`",
+                "hold other parts, glTF files or something `called`",
+            ],
             Self::Cut => [
                 "is a piece of what is too large for one object",
                 "are pieces of what is too large for one object",

@@ -87,6 +87,7 @@ fn too_much(what: &str) -> String {
         "coordinates of noise" => "let a = noise(0, -1000000001)".to_owned(),
         "results" => "let a = 1e308 * 10".to_owned(),
         "roughness and the like, channels of colours" => "material m { roughness = 2 } paint m {}".to_owned(),
+        "sizes of an impostor" => "impostor(size = -2)".to_owned(),
         "views of an impostor" => "impostor(views = 13)".to_owned(),
         "frames of an impostor" => "impostor(frames = 17)".to_owned(),
         "stride of an impostor" => "impostor(stride = 0)".to_owned(),

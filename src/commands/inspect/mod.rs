@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use self::{places::Places, which::Which};
 use super::{
-    output::{bytes, no_such_cell, percent, print, print_json, table},
+    output::{bytes, counted, no_such_cell, percent, print, print_json, table},
     sowing::{GrowthArgs, beginning, refuse_given},
 };
 use crate::{
@@ -208,13 +208,13 @@ async fn inspect_cell(scene: &Opened, id: CellId, json: bool) -> anyhow::Result<
     let line = line(&entry, &record, steps.as_deref(), scene.pointer.objects);
     let places = Places::within(&scene.pointer.bounds);
     print(&format!(
-        "{id}: {} m from {}, {} of {} objects visible ({} culled), {} cells, miss bound {}; record {}, its set {}",
+        "{id}: {} m from {}, {} of {} visible ({} culled), {}, miss bound {}; record {}, its set {}",
         line.size_m.map(|s| format!("{s:.1}")).join(" × "),
         places.point(entry.bounds.min),
         line.visible_objects,
-        scene.pointer.objects,
+        counted(scene.pointer.objects as usize, "object"),
         percent(line.culled),
-        line.visible_cells,
+        counted(line.visible_cells, "cell"),
         share(record.miss_bound),
         bytes(line.record_bytes),
         bytes(line.record_set_bytes),

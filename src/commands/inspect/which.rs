@@ -5,7 +5,7 @@ use std::{convert::Infallible, str::FromStr};
 use anyhow::{Context as _, bail};
 use belvedere_scene::{Bounds, ObjectId};
 
-use super::Opened;
+use super::{super::output::counted, Opened};
 
 /// So many objects are read at a time.
 const PAGE: usize = 1_000;
@@ -67,7 +67,10 @@ impl Which {
         }
         let known = scene.pointer.objects;
         called.pop().with_context(|| match &alike[..] {
-            [] => format!("no object is called `{wanted}`, the name of a node, and ids are such as o7; the scene has {known} objects"),
+            [] => format!(
+                "no object is called `{wanted}`, the name of a node, and ids are such as o7; the scene has {}",
+                counted(known as usize, "object")
+            ),
             alike => format!("no object is called `{wanted}`; did you mean {}?", alike.join(", ")),
         })
     }

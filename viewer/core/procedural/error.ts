@@ -1,4 +1,5 @@
 /** What is wrong with a procedural model, where, and what would put it right? The same sentences as in Rust. */
+import { columnsBefore } from "./columns.ts";
 import { nearest } from "./spelling.ts";
 
 /** Longest part of a line, or of a word, that an error repeats, characters. */
@@ -14,12 +15,19 @@ export interface Caller {
   readonly column: number;
 }
 
+/**
+ * Which of the problems it is, of those that who tells of them must know: something else was expected, no statement begins so, a name
+ * is known for something else or for nothing, a list stands in place of a number or a number in place of a list.
+ */
+export type Kind = "expected" | "no statement" | "other kind" | "unknown" | "of value" | "list in range";
+
 /** Something wrong at a place of a text that is not told yet: the parser knows one file only. */
 export class Fault extends Error {
   constructor(
     /** Index in the text. */
     readonly at: number,
     readonly problem: string,
+    readonly kind?: Kind,
   ) {
     super(problem);
   }
@@ -33,6 +41,8 @@ export class DcgError extends Error {
   override readonly name = "DcgError";
   /** The calls that led there, the innermost first, and not all of many. */
   readonly callers: Caller[] = [];
+  private told: string;
+  private given: string | undefined;
 
   private constructor(
     readonly file: string,
@@ -43,23 +53,23 @@ export class DcgError extends Error {
     /** How many characters of it stand before the place, where it is not the whole line. */
     readonly mark: number | undefined,
     readonly problem: string,
-    /** Whether a value is of another kind than it must be: perhaps a number in place of a list, or a list in place of a number. */
-    readonly isOfKind: boolean,
+    readonly kind: Kind | undefined,
   ) {
     const place = line === 0 ? "" : `${file}, line ${line}, column ${column}: `;
     const shown = text ? `\n    ${printable(text)}` : "";
-    super(printable(place + problem) + shown + (mark === undefined ? "" : `\n    ${markBelow(text, mark)}`));
+    super(printable(place + problem) + shown + (mark === undefined ? "" : `\n    ${columnsBefore(text, mark)}^`));
+    this.told = this.message;
   }
 
   /** An error in what a file was given, which says itself which file that is. */
   static ofWhole(file: string, problem: string): DcgError {
-    return new DcgError(file, 0, 0, "", undefined, problem, false);
+    return new DcgError(file, 0, 0, "", undefined, problem, undefined);
   }
 
-  static at(file: string, whole: string, place: number, problem: string, isOfKind = false): DcgError {
+  static at(file: string, whole: string, place: number, problem: string, kind?: Kind): DcgError {
     const { line, column, text } = placeOf(whole, place);
     const { shown, mark } = excerpt(text, column);
-    return new DcgError(file, line, column, shown, mark, problem, isOfKind);
+    return new DcgError(file, line, column, shown, mark, problem, kind);
   }
 
   /** Notes a call in which it happened, unless that is the place which was named last, as where a recursion has no end. */
@@ -69,12 +79,18 @@ export class DcgError extends Error {
     const last = this.callers.at(-1) ?? this;
     if (last.file === file && last.line === line && last.column === column) return;
     this.callers.push({ file, line, column });
-    this.message += `\n    called from line ${line}, column ${column} of ${printable(file)}`;
+    this.told += `\n    called from line ${line}, column ${column} of ${printable(file)}`;
+    this.tell();
   }
 
-  /** Notes what the file was given that may be why, in a sentence. */
+  /** Notes what a file was given that may be why, in a sentence: what the outermost was given is nearest to who is to mend it. */
   addGiven(given: string): void {
-    this.message += `\n    ${given}`;
+    this.given = given;
+    this.tell();
+  }
+
+  private tell(): void {
+    this.message = this.told + (this.given === undefined ? "" : `\n    ${this.given}`);
   }
 }
 
@@ -92,12 +108,6 @@ function excerpt(line: string, column: number): { shown: string; mark?: number }
   const before = start > 0 ? "…" : "";
   const after = end < letters.length ? "…" : "";
   return { shown: before + letters.slice(start, end).join("") + after, mark: before.length + place - start };
-}
-
-/** A mark below a character of a text, which has so many before it. */
-function markBelow(text: string, mark: number): string {
-  const before = [...text].slice(0, mark).map((letter) => (letter === "\t" ? letter : " "));
-  return `${before.join("")}^`;
 }
 
 /** Where something lies for who reads the text. Line and column count from 1, columns in characters; `text` is the whole line. */
@@ -130,31 +140,18 @@ export function orderIn(text: string): string | undefined {
  * No blanks, and neither joiners nor variation selectors, which scripts and emoji need.
  */
 const HIDDEN =
-  /\u034f|\u17b4|\u17b5|[\u00ad\u115f\u1160\u200b\u2060-\u206f\u3164\ufeff\uffa0\ufff0-\ufffb\u{1bca0}-\u{1bca3}\u{1d173}-\u{1d17a}\u{e0000}-\u{e00ff}\u{e01f0}-\u{e0fff}]/u;
+  /\u034f|\u17b4|\u17b5|\u180e|[\u00ad\u115f\u1160\u200b\u2060-\u206f\u3164\ufeff\uffa0\ufff0-\ufffb\u{1bca0}-\u{1bca3}\u{1d173}-\u{1d17a}\u{e0000}-\u{e00ff}\u{e01f0}-\u{e0fff}]/u;
 
 /** The first character of a name that is not for who reads it. */
 export function unreadableIn(name: string): string | undefined {
   return [...name].find((character) => ORDER.test(character) || HIDDEN.test(character));
 }
 
-/** Whether a problem may be said of a word that was taken for a value, or of what stands behind one. */
-export function isOfNoValue(problem: string): boolean {
-  return (
-    /^(expected |a value is named with `let`|no statement begins with )/.test(problem) ||
-    /^`\w+` is not a (value|function) here; /.test(problem) ||
-    isOfOtherKind(problem)
-  );
-}
-
-/** Whether a problem is that a name is known for something else. */
-export function isOfOtherKind(problem: string): boolean {
-  return /^`\w+` is a \w+, and a \w+ is wanted here$/.test(problem);
-}
-
-/** Of a parameter whose default is a list, or is none. */
-export function givenInstead(name: string, isList: boolean): string {
+/** Of a parameter whose default is a list, or is none; of the file that is named, where an other one gave it. */
+export function givenInstead(name: string, isList: boolean, file?: string): string {
   const [given, initial] = isList ? ["number", "list"] : ["list", "number"];
-  return `\`${name}\` was given a ${given}, and its default is a ${initial}`;
+  const of = file === undefined ? "" : ` of "${cut(file)}"`;
+  return `\`${name}\`${of} was given a ${given}, and its default is a ${initial}`;
 }
 
 /** Of a name in which nothing is seen, behind a word. */
@@ -184,14 +181,27 @@ export function cut(word: string): string {
 }
 
 export function unknown(kind: string, name: string, known: readonly string[]): string {
-  const suggestion = nearest(name, known);
   const article = /^[aeiou]/.test(kind) ? "an" : "a";
-  const wayOut = suggestion === undefined ? instead(kind, name) : `did you mean \`${suggestion}\`?`;
+  const wayOut = ABSENT.get(`${kind} ${name}`) ?? perhaps(nearest(name, known)) ?? instead(kind, name);
   return `\`${name}\` is not ${article} ${kind} here; ${wayOut}`;
+}
+
+const ELSE_IF = "write `else if`, as in `if a > 1 box(1, 1, 1) else if a > 0 sphere(1)`";
+
+function perhaps(suggestion: string | undefined): string | undefined {
+  return suggestion === undefined ? undefined : `did you mean \`${suggestion}\`?`;
 }
 
 /** What other languages have and this one has not, and what to write instead. */
 const ABSENT = new Map([
+  ["value true", "truth is a number: write `1`"],
+  ["value false", "truth is a number: write `0`"],
+  ["statement elif", ELSE_IF],
+  ["statement elsif", ELSE_IF],
+  ["statement elseif", ELSE_IF],
+  ["rule elif", ELSE_IF],
+  ["rule elsif", ELSE_IF],
+  ["rule elseif", ELSE_IF],
   ["value pi", "angles are degrees, and half a turn is 180"],
   ["value PI", "angles are degrees, and half a turn is 180"],
   ["function tan", "write `sin(x) / cos(x)`"],
@@ -213,11 +223,11 @@ const COLOURS = new Map([
   ["brown", "#853"],
 ]);
 
-/** How to do without a name, or how it is given. */
+/** How a name is given. */
 function instead(kind: string, name: string): string {
   const colour = COLOURS.get(name);
   if (kind === "value" && colour !== undefined) return `colours have no names, write \`${colour}\``;
-  return ABSENT.get(`${kind} ${name}`) ?? `declare it, as in \`${declared(kind, name)}\``;
+  return `declare it, as in \`${declared(kind, name)}\``;
 }
 
 function declared(kind: string, name: string): string {
@@ -240,8 +250,8 @@ const MOST_LISTED = 12;
 
 /** A name that was meant, or all that there are, as they are shown. */
 function meant(name: string, takes: string, known: readonly string[], shown = known): string {
-  const suggestion = nearest(name, known);
-  if (suggestion !== undefined) return `did you mean \`${suggestion}\`?`;
+  const suggestion = perhaps(nearest(name, known));
+  if (suggestion !== undefined) return suggestion;
   if (known.length === 0) return `it ${takes} none`;
   const names = shown.slice(0, MOST_LISTED).map((name) => `\`${name}\``);
   return `it ${takes} ${names.join(", ")}${known.length > MOST_LISTED ? ", …" : ""}`;
@@ -254,7 +264,13 @@ export function unknownOfFile(kind: string, name: string, file: string, known: r
 
 /** @param shown How those that are known are shown, if not by their names alone. */
 export function unknownArgument(name: string, callee: string, known: readonly string[], shown = known): string {
-  return `\`${cut(name)}\` is not a parameter of \`${callee}\`; ${meant(name, "takes", known, shown)}`;
+  return `\`${cut(name)}\`${oddIn(name)} is not a parameter of \`${callee}\`; ${meant(name, "takes", known, shown)}`;
+}
+
+/** The first letter of a name that names here do not have, by its number: it may look like one that they have. */
+function oddIn(name: string): string {
+  const odd = [...name].find((letter) => letter > "\x7f");
+  return odd === undefined ? "" : `, with ${numberOf(odd)},`;
 }
 
 export function listInRange(name: string): string {
@@ -288,6 +304,11 @@ export function expected(what: string, found: string): string {
   return `expected ${what}, found ${found}`;
 }
 
+/** Of a parameter or value of the file that would never be read. */
+export function ownValue(name: string): string {
+  return `\`${name}\` is a value that the language gives itself, and this one would never be read; choose another name`;
+}
+
 export function reserved(name: string): string {
   return `\`${name}\` is a word of the language; choose another name`;
 }
@@ -297,11 +318,8 @@ export function twice(name: string, firstLine: number): string {
 }
 
 export function noStatement(word: string, known: readonly string[]): string {
-  const suggestion = nearest(word, known);
-  const wayOut =
-    suggestion === undefined
-      ? `a rule is called with brackets, as in \`${word}()\``
-      : `did you mean \`${suggestion}\`?`;
+  const brackets = `a rule is called with brackets, as in \`${word}()\``;
+  const wayOut = ABSENT.get(`statement ${word}`) ?? perhaps(nearest(word, known)) ?? brackets;
   return `no statement begins with \`${word}\`; ${wayOut}`;
 }
 
@@ -454,5 +472,6 @@ export function noWord(character: string): string {
   const otherwise = isLetter
     ? "names are made of the letters a to z, digits and `_`"
     : "comments begin with `//`, colours with `#`";
-  return `\`${character}\` means nothing here; ${known ?? otherwise}`;
+  const number = isLetter ? ` (${numberOf(character)})` : "";
+  return `\`${character}\`${number} means nothing here; ${known ?? otherwise}`;
 }

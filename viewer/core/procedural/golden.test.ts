@@ -159,6 +159,54 @@ it("names a parameter that was given what its default is not with the mistake", 
   expect(grownOf("height", 4).parts[0]?.bounds.max[1]).toBe(4);
 });
 
+it("names what a file gives another in place of a list, or of a number", () => {
+  const files: Record<string, string> = {
+    "tree.dcg":
+      "parameter height = 2 from 0 to 9 parameter at = [0, 1] parameter size = 1 box(at[0] + size, height, 1)",
+    "wood.dcg": 'import "tree.dcg" as tree parameter size = 3 tree(size = size)',
+  };
+  const told = (text: string) => {
+    const imports = 'import "tree.dcg" as tree import "wood.dcg" as wood\n';
+    try {
+      grow(readProgram("test.dcg", imports + text, (path) => files[path] ?? ""));
+    } catch (error) {
+      return (error as DcgError).message.split("\n");
+    }
+    return [];
+  };
+  expect(told("tree(at = 3)").slice(-2)).toEqual([
+    "    called from line 2, column 1 of test.dcg",
+    '    `at` of "tree.dcg" was given a number, and its default is a list',
+  ]);
+  const size = "was given a list, and its default is a number";
+  expect(told("tree(size = [1])").at(-1)).toBe(`    \`size\` of "tree.dcg" ${size}`);
+  expect(told("wood(size = [1])").at(-1)).toBe(`    \`size\` of "wood.dcg" ${size}`);
+  expect(told("tree(height = [1])").at(-1)).toBe("    tree(height = [1])");
+});
+
+it("tells what looks like a known name by its odd letter", () => {
+  const program = readProgram("test.dcg", "parameter height = 2 box(1, height, 1)", () => "");
+  for (const [name, number] of [
+    ["h\u0435ight", "U+0435"],
+    ["height\u200b", "U+200B"],
+  ] as const) {
+    const told = `\`${name}\`, with ${number}, is not a parameter of \`test.dcg\`; did you mean \`height\`?`;
+    expect(() => grow(program, { parameters: new Map([[name, 3]]) })).toThrow(told);
+  }
+});
+
+it("has nothing in a name that leaves no trace, but joiners and variation selectors", () => {
+  for (let code = 0x80; code < 0x110000; code += 1) {
+    if (code >= 0xd800 && code < 0xe000) continue;
+    const letter = String.fromCodePoint(code);
+    if (!/\p{DI}/u.test(letter)) continue;
+    const stays = /\p{VS}|[\u200c\u200d]/u.test(letter);
+    const read = () => readProgram("test.dcg", `called "a${letter}" box(1, 1, 1)`, () => "");
+    if (stays) expect(read).not.toThrow();
+    else expect(read).toThrow(DcgError);
+  }
+});
+
 it("repeats no more of what was given than of a line", () => {
   const program = readProgram("test.dcg", "parameter size = 2 box(1, 1, 1)", () => "");
   const told = `\`${"x".repeat(120)}…\` is not a parameter of \`test.dcg\`; it takes \`size\``;

@@ -6,6 +6,7 @@ import {
   cut,
   DcgError,
   Fault,
+  type Kind,
   missingArgument,
   otherKind,
   tooManyArguments,
@@ -101,15 +102,15 @@ function linkCalls(program: Program, from: number): void {
       give(call, calleeOf(callees, modules[call.module] as Module, call));
     } catch (error) {
       if (!(error instanceof Fault)) throw error;
-      const { at, problem } = atItsOperator(module.text, error);
-      throw errorAt(module, at, problem);
+      const { at, problem, kind } = atItsOperator(module.text, error);
+      throw errorAt(module, at, problem, kind);
     }
   }
 }
 
 /** An error at a place of a module. */
-export function errorAt(module: Module, at: number, problem: string, isOfKind = false): DcgError {
-  return DcgError.at(module.file, module.text, at, problem, isOfKind);
+export function errorAt(module: Module, at: number, problem: string, kind?: Kind): DcgError {
+  return DcgError.at(module.file, module.text, at, problem, kind);
 }
 
 function loaded(module: Module, { path, at }: { path: string; at: number }, load: Load): string {
@@ -171,7 +172,7 @@ function link({ modules, names }: Program, from: number, call: Call): void {
   if (alias === undefined) {
     const index = indexIn(from, call.wanted, call.name);
     const whole = call.wanted === "rule" ? imported(call.name) : undefined;
-    if (index < 0 && !whole) throw new Fault(call.at, unknownCall(own, call));
+    if (index < 0 && !whole) throw unknownCall(own, call);
     call.module = index >= 0 ? from : (whole?.module ?? from);
     call.index = index;
   } else {
@@ -183,7 +184,7 @@ function link({ modules, names }: Program, from: number, call: Call): void {
     const module = modules[item.module] as Module;
     call.module = item.module;
     call.index = indexIn(item.module, call.wanted, call.name);
-    if (call.index < 0) throw new Fault(call.at, unknownCall(module, call));
+    if (call.index < 0) throw unknownCall(module, call);
   }
 }
 
@@ -222,18 +223,19 @@ function otherKindOf(module: Module, { alias, name }: Call): string | undefined 
   return kinds.find(isKnown) ?? (isOwn && solidNamed(name) ? "solid" : undefined);
 }
 
-function unknownCall(module: Module, call: Call): string {
+function unknownCall(module: Module, call: Call): Fault {
+  const { at } = call;
   const known = names(module, call.wanted);
   const is = otherKindOf(module, call);
-  if (is) return otherKind(call.name, is, call.wanted);
+  if (is) return new Fault(at, otherKind(call.name, is, call.wanted), "other kind");
   // Of an imported file only what it has itself can be called.
-  if (call.alias !== undefined) return unknownOfFile(call.wanted, call.name, module.file, known);
+  if (call.alias !== undefined) return new Fault(at, unknownOfFile(call.wanted, call.name, module.file, known));
   if (call.wanted === "rule") {
     for (const { alias } of module.imports) known.push(alias);
     known.push(...Object.keys(SOLIDS), ...TRANSFORMS, "paint");
   }
   if (call.wanted === "function") known.push(...Object.keys(BUILT_INS));
-  return unknown(call.wanted, call.name, known);
+  return new Fault(at, unknown(call.wanted, call.name, known), call.wanted === "function" ? "unknown" : undefined);
 }
 
 /** Finds which argument each formal is given: they are computed in the formals' order. Takes no longer the more formals there are. */

@@ -22,7 +22,7 @@ const ELSEWHERE = new Map([
 
 /**
  * The known name that is most like this one, when one is like it: of the letters of the longer one at most a third differ, or
- * one, or all by their case only; or the one that means what this means elsewhere.
+ * one, or all by their case only; or the one that means what this means elsewhere. Never the very same.
  */
 export function nearest(name: string, known: readonly string[]): string | undefined {
   const here = ELSEWHERE.get(name);
@@ -31,6 +31,7 @@ export function nearest(name: string, known: readonly string[]): string | undefi
   let least = Infinity;
   let best: string | undefined;
   for (const candidate of known) {
+    if (candidate === name) continue;
     const found = lower(candidate) === lower(name) ? 0 : distance(name, candidate);
     const most = Math.max(1, Math.floor(Math.max(letters, [...candidate].length) / 3));
     if (found > most || found > least || (found === least && best !== undefined && candidate >= best)) continue;

@@ -1,7 +1,7 @@
 //! What may `extras.belvedere` say? What nobody reads there is counted: a wish with a slip of the pen in its name would be
 //! lost without a word. All places are named, for each has to be mended.
 
-use belvedere_scene::procedural::nearest;
+use belvedere_scene::procedural::{cut, nearest};
 
 use super::document::Item;
 use crate::defect::Defects;
@@ -28,7 +28,7 @@ pub(super) fn note_unknown(root: &Item, defects: &mut Defects) {
             };
             let owner = || {
                 item.name()
-                    .map_or_else(|| format!("{what}[{index}]"), |name| format!("{what} \"{name}\""))
+                    .map_or_else(|| format!("{what}[{index}]"), |name| format!("{what} {:?}", cut(name)))
             };
             let Some(members) = belvedere.as_object() else {
                 defects.name("`extras.belvedere` that is no object: ignored", [owner()]);
@@ -44,8 +44,8 @@ pub(super) fn note_unknown(root: &Item, defects: &mut Defects) {
             for name in members.keys().filter(|name| !known.contains(&name.as_str())) {
                 let meant = nearest(name, known.iter().copied());
                 let place = match &meant {
-                    Some(meant) => format!("{}: \"{name}\"; did you mean \"{meant}\"?", owner()),
-                    None => format!("{}: \"{name}\"; known are {}", owner(), known.join(", ")),
+                    Some(meant) => format!("{}: {:?}; did you mean \"{meant}\"?", owner(), cut(name)),
+                    None => format!("{}: {:?}; known are {}", owner(), cut(name), known.join(", ")),
                 };
                 defects.name(unknown(meant.as_deref()), [place]);
             }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::columns::columns_before;
 use super::problem::Problem;
 
 /// Longest part of a line, or of a word, that an error repeats, characters.
@@ -64,8 +65,7 @@ impl fmt::Display for DcgError {
             write!(f, "\n    {}", printable(text))?;
         }
         if let Some(mark) = mark {
-            let before = text.chars().take(*mark).map(|c| if c == '\t' { c } else { ' ' });
-            write!(f, "\n    {}^", before.collect::<String>())?;
+            write!(f, "\n    {}^", columns_before(text, *mark))?;
         }
         callers.iter().try_for_each(|Caller { file, line, column }| {
             let file = printable(file);

@@ -8,8 +8,9 @@ use super::error::DcgError;
 use super::link::Program;
 use super::problem::Problem;
 use super::spelling::nearest;
+use super::syntax::Parameter;
 use super::value::Value;
-use super::wording::given_instead;
+use super::wording::{given_instead, list_of_colour};
 
 impl Program {
     /// The text of a file, as it was imported, with these values as its parameters' own: it grows what this program grows of it
@@ -47,20 +48,31 @@ impl Program {
     }
 
     /// A mistake of the text about what a value must be, with the parameter that was given a number in place of a list, or a list
-    /// in place of a number.
+    /// in place of a number. What the first file was given is nearer to who is to mend it than what that gave to others.
     pub(super) fn with_given(&self, mut error: Box<DcgError>, settings: &Settings) -> Box<DcgError> {
-        let odd = |(name, value): (&String, &Value)| {
-            let parameter = self.modules[0]
-                .parameters
-                .iter()
-                .find(|parameter| parameter.formal.name == *name)?;
-            let is_list = parameter.formal.default.as_ref()?.of.is_list()?;
-            (is_list != matches!(value, Value::List(..))).then(|| given_instead(name, is_list))
-        };
-        if error.line > 0 && error.problem.is_of_value() {
-            error.given = settings.parameters.iter().find_map(odd);
+        let is_of_value = error.problem.is_of_value() || matches!(error.problem, Problem::ListInRange(_));
+        if error.line > 0 && is_of_value {
+            let odd = self.odd(0, |_, name| settings.parameters.get(name));
+            let told = odd.map(|(name, is_list)| given_instead(name, is_list, None));
+            error.given = told.or(error.given);
         }
         error
+    }
+
+    /// The first parameter of a file whose default is a list where it is given a number, or the other way round; whether its
+    /// default is a list.
+    pub(super) fn odd<'v>(
+        &self,
+        module: usize,
+        given: impl Fn(usize, &str) -> Option<&'v Value>,
+    ) -> Option<(&str, bool)> {
+        let parameters = self.modules[module].parameters.iter().enumerate();
+        let mut odd = parameters.filter_map(|(slot, Parameter { formal, .. })| {
+            let value = given(slot, &formal.name)?;
+            let is_list = formal.default.as_ref()?.of.is_list()?;
+            (is_list != matches!(value, Value::List(..))).then_some((formal.name.as_str(), is_list))
+        });
+        odd.next()
     }
 
     /// Refuses the first name that no parameter of the first file has.
@@ -80,5 +92,15 @@ impl Program {
                 .collect(),
         };
         Err(DcgError::of_whole(file, problem))
+    }
+}
+
+/// What to write where a text is given in place of a value, if one can see what was meant: a colour or a truth.
+#[must_use]
+pub fn in_place_of_text(text: &str) -> Option<String> {
+    match text {
+        "true" => Some("1".to_owned()),
+        "false" => Some("0".to_owned()),
+        _ => list_of_colour(text),
     }
 }

@@ -10,13 +10,14 @@
 //! * [`evaluator`]: from a program and [`Settings`] to a [`Grown`] model, or only to its bounds.
 //! * [`solid`]: from the numbers of a terminal to triangles.
 //! * [`arithmetic`], [`random`], [`affine`]: what must give the same bits everywhere.
-//! * [`limits`], [`problem`], [`wording`] and [`error`]: what a model may take, and what is said when it is wrong.
+//! * [`limits`], [`problem`], [`wording`], [`columns`] and [`error`]: what a model may take, and what is said when it is wrong.
 //!
 //! Guarantee: the same texts, parameters, seed and level of detail give the same bits, on every platform and in both
 //! languages. Any text gives a model or an error, in bounded time and memory.
 
 pub mod affine;
 pub mod arithmetic;
+mod columns;
 mod error;
 mod evaluator;
 mod given;
@@ -39,6 +40,7 @@ mod wording;
 
 pub use error::{Caller, DcgError, is_order};
 pub use evaluator::{Boxes, PHASE, Settings, Watch, bounds, bounds_watched, grow, grow_watched, grow_with};
+pub use given::in_place_of_text;
 pub use grown::{Grown, Instance, Part, Placement, SaidInFile, Surface};
 pub use limits::{Limits, Usage};
 pub use link::{Loader, NoImports, Program};
@@ -48,3 +50,4 @@ pub use recipe::Recipe;
 pub use solid::Mesh;
 pub use spelling::nearest;
 pub use value::Value;
+pub use wording::cut;

@@ -1,6 +1,8 @@
 //! What can be wrong at a place of a text, and what would put it right?
 
-use super::wording::{character, counted, cut, in_place_of, meant, quoted, shown, suggested, with_article};
+use super::wording::{
+    absent, character, counted, cut, in_place_of, meant, odd_in, quoted, shown, suggested, with_article,
+};
 
 /// What is wrong at one place.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -71,10 +73,11 @@ pub enum Problem {
         usage: &'static str,
     },
     /// A word with which no statement begins.
-    #[error("no statement begins with `{word}`{suggestion}", suggestion = .suggestion.as_ref().map_or_else(
-        || format!("; a rule is called with brackets, as in `{word}()`"),
-        |name| format!("; did you mean `{name}`?"),
-    ))]
+    #[error("no statement begins with `{word}`; {way_out}", way_out = match (absent("statement", .word), .suggestion) {
+        (Some(instead), _) => instead.to_owned(),
+        (None, Some(name)) => format!("did you mean `{name}`?"),
+        (None, None) => format!("a rule is called with brackets, as in `{word}()`"),
+    })]
     NoStatement {
         /// The word.
         word: String,
@@ -162,7 +165,7 @@ pub enum Problem {
         known: Vec<String>,
     },
     /// An argument that what is called does not take.
-    #[error("`{name}` is not a parameter of `{callee}`; {way_out}", name = cut(.name), way_out = meant(.suggestion, "takes", .known))]
+    #[error("`{name}`{odd} is not a parameter of `{callee}`; {way_out}", name = cut(.name), odd = odd_in(.name), way_out = meant(.suggestion, "takes", .known))]
     UnknownArgument {
         /// The name.
         name: String,
@@ -194,6 +197,9 @@ pub enum Problem {
     /// A name that the language uses itself.
     #[error("`{0}` is a word of the language; choose another name")]
     Reserved(String),
+    /// A parameter or value of the file that would never be read.
+    #[error("`{0}` is a value that the language gives itself, and this one would never be read; choose another name")]
+    OwnValue(String),
     /// An argument too many.
     #[error("`{callee}` takes {most}; remove this one", most = counted(*.most))]
     TooManyArguments {
@@ -395,11 +401,9 @@ pub enum Problem {
 }
 
 impl Problem {
-    /// Whether a value is not what it must be: perhaps a number in place of a list, or a list in place of a number.
+    /// Whether a value is not what it must be: perhaps a number in place of a list, or a list in place of a number. One that is out
+    /// of the range of a parameter, which that names itself, is not meant.
     pub(super) fn is_of_value(&self) -> bool {
-        matches!(
-            self,
-            Self::NotANumber(_) | Self::ListInRange(_) | Self::NotAList(_) | Self::Shape { .. }
-        )
+        matches!(self, Self::NotANumber(_) | Self::NotAList(_) | Self::Shape { .. })
     }
 }

@@ -21,10 +21,10 @@ const ELSEWHERE: [(&str, &str); 16] = [
 ];
 
 /// The known name that is most like this one, when one is like it: of the letters of the longer one at most a third differ, or
-/// one, or all by their case only; or the one that means what this means elsewhere.
+/// one, or all by their case only; or the one that means what this means elsewhere. Never the very same.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    let known: Vec<_> = known.into_iter().collect();
+    let known: Vec<_> = known.into_iter().filter(|known| *known != name).collect();
     let here = ELSEWHERE.iter().find(|(elsewhere, _)| *elsewhere == name);
     if let Some((_, here)) = here.filter(|(_, here)| known.contains(here)) {
         return Some((*here).to_owned());

@@ -22,7 +22,8 @@ pub(super) fn shown(number: f64) -> String {
 }
 
 /// A word of a text, which may be as long as the text: no more of it than of a line.
-pub(super) fn cut(word: &str) -> Cow<'_, str> {
+#[must_use]
+pub fn cut(word: &str) -> Cow<'_, str> {
     match word.char_indices().nth(MOST_SHOWN) {
         None => word.into(),
         Some((end, _)) => format!("{}…", &word[..end]).into(),
@@ -45,13 +46,26 @@ pub(super) fn meant(suggestion: &Option<String>, takes: &str, known: &[String]) 
     format!("it {takes} {}{more}", names.join(", "))
 }
 
-/// A character as it is, or by its number where one would not see it.
+/// How people name a character that is not seen, or looks like another.
+fn number_of(character: char) -> String {
+    format!("U+{:04X}", u32::from(character))
+}
+
+/// A character as it is, by its number where one would not see it, and both of a letter, which may look like one that names have.
 pub(super) fn character(character: char) -> String {
     if is_unseen(character) {
-        format!("U+{:04X}", u32::from(character))
+        number_of(character)
+    } else if character.is_alphabetic() {
+        format!("`{character}` ({})", number_of(character))
     } else {
         format!("`{character}`")
     }
+}
+
+/// The first letter of a name that names here do not have, by its number: it may look like one that they have.
+pub(super) fn odd_in(name: &str) -> String {
+    let odd = name.chars().find(|letter| !letter.is_ascii());
+    odd.map_or_else(String::new, |odd| format!(", with {},", number_of(odd)))
 }
 
 /// Blanks that are none of the language, and what has no picture at all.
@@ -65,7 +79,7 @@ pub(super) fn is_unseen(character: char) -> bool {
 /// What leaves no trace in a name, which then looks like another: fillers, tags, marks of where a word may be broken, and the like. No
 /// blanks, and neither joiners nor variation selectors, which scripts and emoji need.
 pub(super) fn is_hidden(character: char) -> bool {
-    matches!(character, '\u{ad}' | '\u{34f}' | '\u{115f}' | '\u{1160}' | '\u{17b4}' | '\u{17b5}' | '\u{200b}' | '\u{2060}'..='\u{206f}'
+    matches!(character, '\u{ad}' | '\u{34f}' | '\u{115f}' | '\u{1160}' | '\u{17b4}' | '\u{17b5}' | '\u{180e}' | '\u{200b}' | '\u{2060}'..='\u{206f}'
         | '\u{3164}' | '\u{feff}' | '\u{ffa0}' | '\u{fff0}'..='\u{fffb}' | '\u{1bca0}'..='\u{1bca3}' | '\u{1d173}'..='\u{1d17a}'
         | '\u{e0000}'..='\u{e00ff}' | '\u{e01f0}'..='\u{e0fff}')
 }
@@ -91,14 +105,15 @@ pub(super) fn in_place_of(character: char) -> &'static str {
     }
 }
 
-/// Of a parameter whose default is a list, or is none.
-pub(super) fn given_instead(name: &str, is_list: bool) -> String {
+/// Of a parameter whose default is a list, or is none; of the file that is named, where another one gave it.
+pub(super) fn given_instead(name: &str, is_list: bool, file: Option<&str>) -> String {
     let [given, default] = if is_list {
         ["number", "list"]
     } else {
         ["list", "number"]
     };
-    format!("`{name}` was given a {given}, and its default is a {default}")
+    let of = file.map_or_else(String::new, |file| format!(" of \"{}\"", cut(file)));
+    format!("`{name}`{of} was given a {given}, and its default is a {default}")
 }
 
 pub(super) fn counted(arguments: usize) -> String {
@@ -122,8 +137,18 @@ pub(super) fn quoted(name: &str) -> String {
     format!("`{name}`")
 }
 
+const ELSE_IF: &str = "write `else if`, as in `if a > 1 box(1, 1, 1) else if a > 0 sphere(1)`";
+
 /// What other languages have and this one has not, and what to write instead.
-const ABSENT: [(&str, &str, &str); 6] = [
+const ABSENT: [(&str, &str, &str); 14] = [
+    ("value", "true", "truth is a number: write `1`"),
+    ("value", "false", "truth is a number: write `0`"),
+    ("statement", "elif", ELSE_IF),
+    ("statement", "elsif", ELSE_IF),
+    ("statement", "elseif", ELSE_IF),
+    ("rule", "elif", ELSE_IF),
+    ("rule", "elsif", ELSE_IF),
+    ("rule", "elseif", ELSE_IF),
     ("value", "pi", "angles are degrees, and half a turn is 180"),
     ("value", "PI", "angles are degrees, and half a turn is 180"),
     ("function", "tan", "write `sin(x) / cos(x)`"),
@@ -145,14 +170,31 @@ const COLOURS: [(&str, &str); 9] = [
     ("brown", "#853"),
 ];
 
+/// What to write in place of what this language has not.
+pub(super) fn absent(kind: &str, name: &str) -> Option<&'static str> {
+    let known = ABSENT.iter().find(|absent| (absent.0, absent.1) == (kind, name));
+    known.map(|(.., instead)| *instead)
+}
+
+/// A colour as one gives it from outside: a list of its channels.
+pub(super) fn list_of_colour(text: &str) -> Option<String> {
+    let digits: Option<Vec<u32>> = text.strip_prefix('#')?.chars().map(|c| c.to_digit(16)).collect();
+    let channels = match digits?[..] {
+        [r, g, b] => [17 * r, 17 * g, 17 * b],
+        [r, s, g, h, b, c] => [16 * r + s, 16 * g + h, 16 * b + c],
+        _ => return None,
+    };
+    let channels = channels.map(|channel| shown((f64::from(channel) / 255.0 * 1e3).round() / 1e3));
+    Some(format!("[{}]", channels.join(",")))
+}
+
 /// A name that was meant, or how such a one is given.
 pub(super) fn suggested(suggestion: &Option<String>, kind: &str, name: &str) -> String {
+    if let Some(instead) = absent(kind, name) {
+        return format!("; {instead}");
+    }
     if let Some(name) = suggestion {
         return format!("; did you mean `{name}`?");
-    }
-    let known = ABSENT.iter().find(|absent| (absent.0, absent.1) == (kind, name));
-    if let Some((.., instead)) = known {
-        return format!("; {instead}");
     }
     let colour = COLOURS
         .iter()

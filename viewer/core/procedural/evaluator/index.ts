@@ -11,7 +11,7 @@ import type { Grown } from "../grown.ts";
 import { type Amounts, FINEST, LIMITS } from "../limits.ts";
 import type { Program } from "../link.ts";
 import type { Scope } from "../plain/machine.ts";
-import type { At, Expr, Statement } from "../syntax.ts";
+import type { At, Statement } from "../syntax.ts";
 import type { Value } from "../value.ts";
 import { Places } from "./places.ts";
 import type { Boxes, Turtle } from "./state.ts";
@@ -59,14 +59,10 @@ class Evaluator extends Places {
    * about what a value must be.
    */
   private noteGiven(error: DcgError, parameters: ReadonlyMap<string, Value>): void {
-    if (error.line === 0 || !error.isOfKind) return;
-    for (const name of [...parameters.keys()].sort()) {
-      const formal = this.module(0).parameters.find((parameter) => parameter.formal.name === name)?.formal;
-      const isList = formal?.initial && isListed(formal.initial.of[0] as Expr);
-      if (isList === undefined || isList === (typeof parameters.get(name) !== "number")) continue;
-      error.addGiven(givenInstead(name, isList));
-      return;
-    }
+    const isOfValue = error.kind === "of value" || error.kind === "list in range";
+    if (error.line === 0 || !isOfValue) return;
+    const odd = this.oddOf(0, (_, name) => parameters.get(name));
+    if (odd) error.addGiven(givenInstead(odd.name, odd.isList));
   }
 
   protected override visit(scope: Scope, turtle: Turtle, statement: Statement): void {
@@ -150,24 +146,5 @@ class Evaluator extends Places {
       default:
         return statement.at;
     }
-  }
-}
-
-/** Whether it is a list, where one can see that. */
-function isListed(expr: Expr): boolean | undefined {
-  switch (expr.kind) {
-    case "list":
-    case "colour":
-      return true;
-    case "local":
-    case "global":
-    case "if":
-    case "item":
-    case "call":
-      return undefined;
-    case "builtin":
-      return expr.name === "mix" ? undefined : false;
-    default:
-      return false;
   }
 }

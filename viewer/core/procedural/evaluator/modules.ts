@@ -1,12 +1,21 @@
 /** Which values does a file have? Parameters, given or its own, and globals. As `crates/scene/src/procedural/evaluator/module.rs`. */
-import { DcgError, listInRange, outOfRange } from "../error.ts";
+import { DcgError, type Kind, listInRange, outOfRange } from "../error.ts";
 import { Known } from "../known.ts";
 import { reached } from "../limits.ts";
 import { errorAt } from "../link.ts";
 import type { Scope } from "../plain/machine.ts";
 import { step } from "../random.ts";
 import { Globals } from "../stack.ts";
-import { type Argument, type At, type Call, type Formal, notGiven, type Parameter, type Row } from "../syntax.ts";
+import {
+  type Argument,
+  type At,
+  type Call,
+  type Expr,
+  type Formal,
+  notGiven,
+  type Parameter,
+  type Row,
+} from "../syntax.ts";
 import { listedOf, sizeOf, sizesOf, stepValue, type Value } from "../value.ts";
 import { Terminals } from "./terminals.ts";
 
@@ -26,6 +35,13 @@ interface Place {
 export interface Given {
   readonly value: Value;
   readonly place?: Place;
+}
+
+/** A parameter that was given a number in place of a list, or a list in place of a number. */
+export interface Odd {
+  readonly name: string;
+  /** Whether its default is a list. */
+  readonly isList: boolean;
 }
 
 /** What is called with arguments. */
@@ -124,6 +140,19 @@ export abstract class Modules extends Terminals {
     return instance;
   }
 
+  /** The first parameter of a file whose default is a list where it is given a number, or the other way round. */
+  protected oddOf(module: number, given: (slot: number, name: string) => Value | undefined): Odd | undefined {
+    const { parameters } = this.module(module);
+    for (let slot = 0; slot < parameters.length; slot += 1) {
+      const { name, initial } = (parameters[slot] as Parameter).formal;
+      const value = given(slot, name);
+      const isList = initial && isListed(initial.of[0] as Expr);
+      if (value !== undefined && isList !== undefined && isList === (typeof value === "number"))
+        return { name, isList };
+    }
+    return undefined;
+  }
+
   /** A file with values for its parameters. Equal values, same instance. */
   protected instance(module: number, given: readonly (Given | undefined)[], caller?: Place): Instance {
     const { parameters, globals } = this.module(module);
@@ -172,9 +201,9 @@ export abstract class Modules extends Terminals {
 
   private checkRange(scope: Scope, { formal, range }: Parameter, value: Value, place: Place | undefined): void {
     if (!range) return;
-    const refused = (problem: string, isOfKind = false) =>
+    const refused = (problem: string, kind?: Kind) =>
       place
-        ? errorAt(this.module(place.module), place.at, problem, isOfKind)
+        ? errorAt(this.module(place.module), place.at, problem, kind)
         : DcgError.ofWhole(this.module(scope.module).file, problem);
     const [least, most] = range;
     const min = this.number(scope, least.at, least.of, "the least value");
@@ -182,7 +211,26 @@ export abstract class Modules extends Terminals {
     if (min > max) {
       throw this.error(scope.module, least.at, "this range must be from the least value to the most");
     }
-    if (typeof value !== "number") throw refused(listInRange(formal.name), true);
+    if (typeof value !== "number") throw refused(listInRange(formal.name), "list in range");
     if (value < min || value > max) throw refused(outOfRange(`\`${formal.name}\``, value, min, max));
+  }
+}
+
+/** Whether it is a list, where one can see that. */
+function isListed(expr: Expr): boolean | undefined {
+  switch (expr.kind) {
+    case "list":
+    case "colour":
+      return true;
+    case "local":
+    case "global":
+    case "if":
+    case "item":
+    case "call":
+      return undefined;
+    case "builtin":
+      return expr.name === "mix" ? undefined : false;
+    default:
+      return false;
   }
 }

@@ -1,7 +1,7 @@
 /** What is shared? Parts and files are pieces of their own, made once for equal calls. As `crates/scene/src/procedural/evaluator/part.rs`. */
 import { type Affine, after, IDENTITY, type Vector } from "../affine.ts";
 import { type Bounds, beyond, Reach } from "../bounds.ts";
-import { beyondDeclared, DcgError, unknownArgument } from "../error.ts";
+import { beyondDeclared, DcgError, givenInstead, unknownArgument } from "../error.ts";
 import { Known } from "../known.ts";
 import { type Amounts, reached } from "../limits.ts";
 import type { Program } from "../link.ts";
@@ -207,14 +207,23 @@ export abstract class Parts extends Materials {
       this.hold(module, at, listedOf(value));
       given[call.slots[i] as number] = { value, place: { module, at } };
     });
-    const made = this.instance(call.module, given, { module, at: call.at });
-    this.stack.held = held;
-    const known = this.knownFiles.at(made.instance).at(this.turtles.material(turtle));
-    if (known.index === undefined) {
-      this.checkParts(scope, call.at);
-      known.index = this.traced(module, call.at, () => this.growFile(call.module, made, depth, turtle));
+    const odd = this.oddOf(call.module, (slot) => given[slot]?.value);
+    try {
+      const made = this.instance(call.module, given, { module, at: call.at });
+      this.stack.held = held;
+      const known = this.knownFiles.at(made.instance).at(this.turtles.material(turtle));
+      if (known.index === undefined) {
+        this.checkParts(scope, call.at);
+        known.index = this.traced(module, call.at, () => this.growFile(call.module, made, depth, turtle));
+      }
+      this.placeKnown(scope, call.at, turtle, known.index);
+    } catch (error) {
+      // What is given out of a range is named already.
+      if (odd && error instanceof DcgError && error.kind === "of value") {
+        error.addGiven(givenInstead(odd.name, odd.isList, this.module(call.module).file));
+      }
+      throw error;
     }
-    this.placeKnown(scope, call.at, turtle, known.index);
   }
 
   /** The part that a file is as a whole. */

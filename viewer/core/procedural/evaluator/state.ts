@@ -93,7 +93,7 @@ export class State {
 
   /** Of a value that is of another kind than it must be. */
   protected unfit(module: number, at: At, what: string, wanted: string): DcgError {
-    return errorAt(this.module(module), at, `${what} must be ${wanted}`, true);
+    return errorAt(this.module(module), at, `${what} must be ${wanted}`, "of value");
   }
 
   /** Runs what a call leads to: an error in it names that call too. */

@@ -29,7 +29,7 @@ const NO_PHASE =
 
 const WISH: readonly Range[] = [
   { what: "views", min: 2, max: 12 },
-  { what: "size", min: 0, max: MAX_LENGTH },
+  { what: "size", min: -Infinity, max: Infinity },
   { what: "below", min: 0, max: 1 },
   { what: "frames", min: 1, max: MOST_FRAMES },
   { what: "stride", min: LEAST_STRIDE, max: MAX_LENGTH },

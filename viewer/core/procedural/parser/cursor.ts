@@ -88,7 +88,7 @@ export class Cursor {
   }
 
   expected(what: string): Fault {
-    return new Fault(this.next.at, expected(what, described(this.next)));
+    return new Fault(this.next.at, expected(what, described(this.next)), "expected");
   }
 
   /** A sign, without which `what` is missing. */

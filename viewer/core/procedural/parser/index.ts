@@ -6,6 +6,7 @@ import {
   functionAsValue,
   LEVELS_OF_PART,
   loneLet,
+  ownValue,
   reserved,
   THEN_WITHOUT_LEVELS,
   unknown,
@@ -27,6 +28,9 @@ import { DECLARATIONS, type Given, type NamedAt } from "./cursor.ts";
 import { atItsOperator } from "./dangling.ts";
 import { isReserved, StatementParser } from "./statements.ts";
 import * as usage from "./usage.ts";
+
+/** Values that the language gives, whatever a file calls its own. */
+const OWN_VALUES = ["detail", "level"];
 
 /** Reads a file. */
 export function parse(file: string, text: string): Module {
@@ -52,8 +56,8 @@ export function parse(file: string, text: string): Module {
     new Parser(module, words(text)).file();
   } catch (error) {
     if (!(error instanceof Fault)) throw error;
-    const { at, problem } = atItsOperator(text, error);
-    throw DcgError.at(file, text, at, problem);
+    const { at, problem, kind } = atItsOperator(text, error);
+    throw DcgError.at(file, text, at, problem, kind);
   }
   return module;
 }
@@ -68,7 +72,7 @@ class Parser extends StatementParser {
         this.skip();
         this.declaration(word.text);
       } else if (this.takesWord("let")) {
-        const { name, at } = this.declaredValue("a name for the value");
+        const { name, at } = this.fileValue("a name for the value");
         this.expect("=");
         this.module.globals.push({ name, at, value: rowOf("values", [this.written()]) });
       } else {
@@ -103,6 +107,13 @@ class Parser extends StatementParser {
     return named;
   }
 
+  /** The same for a value, which is read by that name alone. */
+  private fileValue(what: string): NamedAt {
+    const named = this.declaredValue(what);
+    if (OWN_VALUES.includes(named.name)) throw new Fault(named.at, ownValue(named.name));
+    return named;
+  }
+
   private import(): void {
     const { at } = this.next;
     const path = this.path("the file to import, in quotes");
@@ -113,7 +124,7 @@ class Parser extends StatementParser {
   }
 
   private parameter(): void {
-    const { name, at } = this.declaredValue("a name for the parameter");
+    const { name, at } = this.fileValue("a name for the parameter");
     this.expect("=");
     const formal = { name, at, initial: rowOf("values", [this.written()]) };
     const from = this.next.at;
@@ -218,7 +229,8 @@ class Parser extends StatementParser {
         const lone = this.lone.get(name);
         if (lone !== undefined && lone < at) throw new Fault(at, loneLet(name));
         const formals = formalsOf(name, functions);
-        throw new Fault(at, formals ? functionAsValue(name, formals) : unknown("value", name, names));
+        if (formals) throw new Fault(at, functionAsValue(name, formals));
+        throw new Fault(at, unknown("value", name, names), "unknown");
       }
       use.slot = slot;
     }

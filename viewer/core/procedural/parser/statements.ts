@@ -184,11 +184,11 @@ export class StatementParser extends ExpressionParser {
     if (this.isSymbol("(") || this.isSymbol(".")) return { kind: "call", call: this.call(word.text, at, "rule") };
     if (word.text === "else") throw new Fault(at, ELSE);
     if (word.text === "then") throw new Fault(at, THEN);
-    if (this.isSymbol("=")) throw new Fault(at, withoutLet(word.text));
+    if (this.isSymbol("=")) throw new Fault(at, withoutLet(word.text), "no statement");
     if (word.text === "levels" && this.inPart) throw new Fault(at, LEVELS_OF_PART);
     const usage = LATER.get(word.text);
-    if (usage !== undefined) throw new Fault(at, later(word.text, usage));
-    throw new Fault(at, noStatement(word.text, [...STATEMENTS, ...DECLARATIONS]));
+    if (usage !== undefined) throw new Fault(at, later(word.text, usage), "no statement");
+    throw new Fault(at, noStatement(word.text, [...STATEMENTS, ...DECLARATIONS]), "no statement");
   }
 
   /** Refuses a word that changes the statement behind it where there is none. */

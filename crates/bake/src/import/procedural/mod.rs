@@ -23,8 +23,8 @@ use std::sync::Arc;
 use belvedere_scene::Bounds;
 use belvedere_scene::procedural::limits::{MAX_TEXT_BYTES, reached};
 use belvedere_scene::procedural::{
-    DcgError, Limits as GrowthLimits, Loader, Program, Settings, Usage, Value, Watch, bounds_watched, grow_watched,
-    nearest,
+    DcgError, Limits as GrowthLimits, Loader, Program, Settings, Usage, Value, Watch, bounds_watched, cut,
+    grow_watched, nearest,
 };
 
 use super::container::has_ending;
@@ -335,11 +335,11 @@ impl<'a> Beside<'a> {
         if let Some(meant) = whole.or_else(|| nearest(name, names.iter().map(String::as_str))) {
             let written = relative.rsplit_once('/').map_or("", |(folder, _)| folder);
             let slash = if written.is_empty() { "" } else { "/" };
-            return format!("{cause}; did you mean \"{written}{slash}{meant}\"?");
+            return format!("{cause}; did you mean \"{}{slash}{meant}\"?", cut(written));
         }
         match folder {
             "" => format!("{cause} in the source's folder"),
-            _ => format!("{cause} in \"{folder}\", below the source's folder"),
+            _ => format!("{cause} in \"{}\", below the source's folder", cut(folder)),
         }
     }
 
@@ -369,8 +369,11 @@ impl<'a> Beside<'a> {
             ..ground
         };
         super::import_on((ground, budget.clone()), &path, bytes, Asker::Placed).map_err(|cause| match cause {
+            ImportError::UnknownFormat { found } => missing(format!(
+                "this is {found}, and `model` places glTF 2.0 (.glb, .gltf with its files, or a .zip that holds one); other formats can be \
+                 converted, with Blender for example"
+            )),
             ImportError::NothingToDraw { .. }
-            | ImportError::UnknownFormat { .. }
             | ImportError::Glb(_)
             | ImportError::Json(_)
             | ImportError::NotGltf(_)

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_scene::procedural::limits::MAX_TEXT_BYTES;
-use belvedere_scene::procedural::{Limits as GrowthLimits, Settings, Value, Watch};
+use belvedere_scene::procedural::{Limits as GrowthLimits, Settings, Value, Watch, cut, in_place_of_text};
 use glam::{DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 
@@ -127,7 +127,7 @@ impl Nursery {
             refused,
         } = &self.known[key];
         if let Some(Flaw { kind, place }) = refused {
-            defects.name(kind, [format!("node \"{}\", {place}", planting.node)]);
+            defects.tell(kind, format!("node {:?}, {place}", cut(&planting.node)));
         }
         for object in objects {
             if scene.objects.len() >= ground.limits.max_objects {
@@ -194,7 +194,7 @@ fn grow_wanted(
             return flaw("`procedural` that names no file beside the source: not grown", told);
         }
     };
-    let told = |what: String| format!("{path}: {what}");
+    let told = |what: String| format!("{}: {what}", cut(&path));
     let settings = Settings {
         seed: seed_of(wanted, told)?,
         parameters: parameters_of(wanted, told)?,
@@ -251,9 +251,13 @@ fn parameters_of(wanted: &Json, told: impl Fn(String) -> String) -> Read<BTreeMa
     for (name, value) in given {
         let Some(known) = Value::from_json(value) else {
             let what = format!(
-                "`{}` is {}; write a number or a list of numbers",
+                "`{}` is {}; write {}",
                 beginning(name),
-                shown(value)
+                shown(value),
+                in_place_of_text(value.as_str().unwrap_or(&value.to_string())).map_or_else(
+                    || "a number or a list of numbers".to_owned(),
+                    |instead| format!("`{instead}`")
+                )
             );
             return flaw(
                 "`parameters` that are not numbers or lists of them: not grown",

@@ -28,7 +28,12 @@ pub(super) fn poses(
         let program = alone.program(&at_phase(recipe, &phase))?;
         alone.grow(&program, alone.settings.detail, scene)
     };
-    (0..frames).map(pose).collect()
+    let poses: Vec<Vec<Primitive>> = (0..frames).map(pose).collect::<Result<_, ImportError>>()?;
+    if poses.iter().all(|pose| *pose == poses[0]) {
+        let kind = "`frames` for a part that looks the same at each `phase`: all frames drawn alike; let `phase` move it, or leave `frames` out";
+        defects.note(kind, 1, || part.name.clone());
+    }
+    Ok(poses)
 }
 
 fn at_phase(recipe: &Recipe, phase: &Value) -> Recipe {

@@ -473,6 +473,17 @@ fn a_part_with_a_phase_is_grown_for_each_of_its_frames() {
 }
 
 #[test]
+fn frames_in_which_nothing_moves_are_told() {
+    let told = |text: &str| rules(text, &[]).unwrap().defects.iter().next();
+    let still = told("part post(phase) { impostor(frames = 4) box(1, 1, 1) } post(0)").unwrap();
+    assert!(still.kind.contains("looks the same at each `phase`"), "{}", still.kind);
+    assert_eq!((still.count, &*still.first), (1, "post"));
+    // Only its colour changes.
+    let lamp = "material m(phase) { emissive = [phase, 0, 0] } part lamp(phase) { impostor(frames = 4) paint m(phase) box(1, 1, 1) } lamp(0)";
+    assert_eq!(told(lamp), None);
+}
+
+#[test]
 fn what_grows_with_less_detail_is_the_authors_coarser_look() {
     let text = "material leaf(shade) { colour = mix(#fff, #000, shade) }
         part bush(size) { for i in 1 + 2 * detail paint leaf(detail / 4) move(i, 0, 0) box(size, 1, 1) }

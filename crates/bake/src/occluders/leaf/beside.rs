@@ -91,7 +91,7 @@ impl Door {
         }
         let ends: Vec<f64> = [low].into_iter().chain(depths.iter().copied()).chain([high]).collect();
         let between = ends.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
-        let edges = self.solids.iter().flat_map(|solid| solid.section(plane.depth).edges);
+        let edges = self.sections(&plane).into_iter().flat_map(|section| section.edges);
         let corners: Vec<DVec3> = edges.flatten().map(|corner| corner.extend(plane.depth)).collect();
         let rectangle = [0, 1].map(|axis| extent(&corners, axis));
         let framed_m = |depth: f64| self.framed_m(rectangle, depth, tolerance);
@@ -102,7 +102,7 @@ impl Door {
                     let framed_m = framed_m(next);
                     if framed_m > best.1 { (next, framed_m) } else { best }
                 });
-        self.plane(best.0, plane.between, tolerance)
+        self.moved(&plane, best.0, tolerance)
     }
 
     /// How much of the sides of a rectangle has something beside it at this depth, in m.

@@ -5,7 +5,8 @@
 //!
 //! A *leaf* is a plane that hides where it cuts through closed parts of the door ([`section`]), and where faces lie in it that hide
 //! from that side: not through glass, holes or an arch's corners, and not from where only culled backs are met. Panels one behind
-//! the other have a leaf each, since sight lines at a slant pass between them. So what is said of a wall ([`super::wall`]) holds for a
+//! the other have a leaf each, since sight lines at a slant pass between them. A body that others reach into, as knobs do, hides by
+//! itself and has a leaf of its own, as if they were not there. So what is said of a wall ([`super::wall`]) holds for a
 //! leaf as well, but that its border is grown by the gap that a closed door leaves around itself ([`gap`]).
 
 mod beside;
@@ -36,6 +37,8 @@ const MOST_PLANES: usize = 32;
 const MOST_LEAVES: usize = 4;
 /// … of which none shows less than this share of what the largest shows.
 const LEAST_SHARE: f64 = 0.05;
+/// So many of the bodies that a plane cuts, the widest, are looked at by themselves too.
+const MOST_ALONE: usize = 32;
 /// Lines along so many straight edges, the longest, …
 const MOST_EDGES: usize = 40;
 /// … and others no further apart than this share of the longest edge of a leaf.
@@ -101,12 +104,14 @@ struct Plane {
     between: [f64; 2],
     solids: Vec<(usize, f64)>,
     sheets: Vec<(usize, f64)>,
+    /// Whether it is of one closed part alone, whatever else it cuts.
+    alone: bool,
 }
 
 /// The leaves of a door; `beside` are faces of other things around it.
 fn leaves_of(triangles: &[Triangle], beside: &[Neighbour<Vec3>], tolerance: Tolerance) -> Vec<Wall> {
     let door = Door::of(triangles, beside);
-    let planes = door.best(door.planes(tolerance));
+    let planes = door.best(door.planes(tolerance), tolerance);
     if planes.is_empty() {
         return vec![door.glass()];
     }
@@ -186,11 +191,63 @@ impl Door {
             between,
             solids: areas.enumerate().filter(|(_, area)| *area > 0.0).collect(),
             sheets: sheets.map(|(number, sheet)| (number, sheet.area_m2())).collect(),
+            alone: false,
         }
     }
 
+    /// The same plane at another depth.
+    fn moved(&self, plane: &Plane, depth: f64, tolerance: Tolerance) -> Plane {
+        let mut moved = self.plane(depth, plane.between, tolerance);
+        if plane.alone {
+            let kept = plane.solids[0].0;
+            moved.solids.retain(|(number, _)| *number == kept);
+            moved.sheets.clear();
+            moved.alone = true;
+        }
+        moved
+    }
+
+    /// What a plane cuts out of its closed parts, out of the widest first.
+    fn sections(&self, plane: &Plane) -> Vec<Section> {
+        let mut solids = plane.solids.clone();
+        solids.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let section = |(number, _): (usize, f64)| self.solids[number].section(plane.depth);
+        solids.into_iter().map(section).collect()
+    }
+
+    /// The plane of the widest body alone, half way between the corners of its own that are furthest apart, if others reach into it.
+    fn own(&self, widest: &[f64], tolerance: Tolerance) -> Option<Plane> {
+        let widest = widest.iter().enumerate();
+        let (main, _) = widest.reduce(|most, next| if next.1 > most.1 { next } else { most })?;
+        let body = &self.solids[main];
+        let reaches = |(number, other): (usize, &Solid)| number != main && body.meets(other, tolerance.hole_m.into());
+        if !self.solids.iter().enumerate().any(reaches) {
+            return None;
+        }
+        let mut corners: Vec<f64> = body.corner_depths().collect();
+        corners.sort_by(f64::total_cmp);
+        let gaps = corners.windows(2).map(|gap| [gap[0], gap[1]]);
+        let widest = gaps.reduce(|most, next| {
+            if next[1] - next[0] > most[1] - most[0] {
+                next
+            } else {
+                most
+            }
+        });
+        let [low, high] = widest?;
+        let depth = 0.5 * (low + high);
+        let area_m2 = body.section(depth).area_m2();
+        (area_m2 > 0.0).then(|| Plane {
+            depth,
+            between: [low, high],
+            solids: vec![(main, area_m2)],
+            sheets: Vec::new(),
+            alone: true,
+        })
+    }
+
     /// The planes that show most of what no better one shows.
-    fn best(&self, mut planes: Vec<Plane>) -> Vec<Plane> {
+    fn best(&self, mut planes: Vec<Plane>, tolerance: Tolerance) -> Vec<Plane> {
         let mut widest = vec![0.0f64; self.solids.len()];
         for (solid, area) in planes.iter().flat_map(|plane| &plane.solids) {
             widest[*solid] = widest[*solid].max(*area);
@@ -198,6 +255,12 @@ impl Door {
         let mut shown = [vec![false; self.solids.len()], vec![false; self.sheets.len()]];
         let mut best: Vec<Plane> = Vec::new();
         let mut least_m2 = 0.0;
+        if let Some(own) = self.own(&widest, tolerance) {
+            let (main, area_m2) = own.solids[0];
+            shown[0][main] = true;
+            least_m2 = LEAST_SHARE * area_m2;
+            best.push(own);
+        }
         while best.len() < MOST_LEAVES {
             let adds = |plane: &Plane| -> f64 {
                 let of = |items: &[(usize, f64)], shown: &[bool]| -> f64 {
@@ -228,19 +291,23 @@ impl Door {
     }
 
     fn leaf(&self, plane: &Plane, tolerance: Tolerance) -> Wall {
-        let edges = self
-            .solids
-            .iter()
-            .flat_map(|solid| solid.section(plane.depth).edges)
-            .collect();
-        let section = Section { edges };
+        let sections = self.sections(plane);
         let mut sheets: Vec<&Sheet> = plane.sheets.iter().map(|(number, _)| &self.sheets[*number]).collect();
         // The fewer pieces of a square are left, the less others have to cut.
         sheets.sort_by(|a, b| b.area_m2().total_cmp(&a.area_m2()));
-        let mut lines = lines(&section, &sheets, tolerance);
+        let all = Section {
+            edges: sections
+                .iter()
+                .flat_map(|section| section.edges.iter().copied())
+                .collect(),
+        };
+        let mut lines = lines(&all, &sheets, tolerance);
         let count = (lines[0].len() - 1) * (lines[1].len() - 1);
         let mut solid = vec![false; count];
-        section.fill(&lines, 0.5 * f64::from(tolerance.hole_m), &mut solid);
+        // Also each by itself: what is inside of one stays closed where the outline of another crosses it.
+        for section in [&all].into_iter().chain(sections.iter().take(MOST_ALONE)) {
+            section.fill(&lines, 0.5 * f64::from(tolerance.hole_m), &mut solid);
+        }
         let mut opaque = [0, 1].map(|way| {
             let faces = sheets.iter().filter(|sheet| sheet.hides[way]).map(|sheet| &sheet.face);
             let covered = squares::covered(faces, &lines, tolerance);

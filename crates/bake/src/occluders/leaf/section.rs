@@ -13,8 +13,9 @@ pub(super) struct Solid {
     faces: Vec<[DVec3; 3]>,
     /// −1 where its faces look inwards, and hide from both sides.
     sign: i32,
-    /// Its extent across the door.
-    pub(super) depths: [f64; 2],
+    /// The box around it: across the door along z.
+    min: DVec3,
+    max: DVec3,
 }
 
 impl Solid {
@@ -22,13 +23,16 @@ impl Solid {
     pub(super) fn of(part: &Part<'_>, place: impl Fn(glam::Vec3) -> DVec3) -> Option<Self> {
         let sign = part.encloses()?;
         let faces: Vec<_> = part.triangles.iter().map(|face| face.corners.map(&place)).collect();
-        let depths = faces
-            .iter()
-            .flatten()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
-                [low.min(p.z), high.max(p.z)]
-            });
-        Some(Self { faces, sign, depths })
+        let corners = || faces.iter().flatten().copied();
+        let min = corners().fold(DVec3::INFINITY, DVec3::min);
+        let max = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        Some(Self { faces, sign, min, max })
+    }
+
+    /// Whether the box around it and that around another lie in each other by more than this.
+    pub(super) fn meets(&self, other: &Self, by_m: f64) -> bool {
+        let common = self.max.min(other.max) - self.min.max(other.min);
+        common.min_element() > by_m
     }
 
     /// How far out its corners lie.
@@ -50,8 +54,8 @@ impl Solid {
             }
             Some([down?, up?])
         };
-        let outside = |[low, high]: [f64; 2]| depth < low || high <= depth;
-        let mut edges: Vec<_> = if outside(self.depths) {
+        let is_outside = depth < self.min.z || self.max.z <= depth;
+        let mut edges: Vec<_> = if is_outside {
             Vec::new()
         } else {
             self.faces.iter().filter_map(cut).collect()

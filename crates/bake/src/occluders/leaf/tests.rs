@@ -288,6 +288,62 @@ fn a_panel_in_a_frame_is_one_leaf_in_the_depth_of_both() {
     assert!(0.08 < depth_m && depth_m < 0.1, "in the panel: {depth_m}");
 }
 
+/// Whatever it is, and however far it reaches in, the leaf is that of the door without it.
+#[test]
+fn what_reaches_into_a_leaf_takes_nothing_from_it() {
+    let leaf = blocks(&[[[0.0, 0.0, -0.03], [1.0, 2.0, 0.03]]]);
+    let turned = |turn: Quat, at: Vec3, half: Vec3| -> Vec<Triangle> {
+        let block = blocks(&[[(-half).to_array(), half.to_array()]]);
+        let placed = |p: Vec3| at + turn * p;
+        block.iter().map(|t| Triangle::between(t.corners.map(placed))).collect()
+    };
+    let aslant = Quat::from_rotation_z(0.7) * Quat::from_rotation_x(0.4);
+    // A wall stands behind the middle of the leaf only, and lets it a little room.
+    let framed = |x: [f32; 2], y: [f32; 2]| {
+        let [a, b, c, d] = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[i, j]: [usize; 2]| Vec3::new(x[i], y[j], -0.02));
+        [opaque([a, b, c]), opaque([a, c, d])]
+    };
+    let wall = [
+        framed([-1.0, -0.01], [-1.0, 3.0]),
+        framed([1.01, 2.0], [-1.0, 3.0]),
+        framed([-0.01, 1.01], [2.01, 3.0]),
+        framed([-0.01, 1.01], [-1.0, -0.01]),
+    ]
+    .concat();
+    let alone = leaves_of(&leaf, &wall, TOLERANCE).remove(0);
+    assert!(is_filled(&alone) && hides(&alone, -0.005, 1.0));
+    for (what, body) in [
+        ("a knob", turned(aslant, Vec3::new(0.9, 1.0, 0.04), Vec3::splat(0.03))),
+        (
+            "one on the other side",
+            turned(aslant, Vec3::new(0.9, 1.0, -0.04), Vec3::splat(0.03)),
+        ),
+        (
+            "one right through",
+            turned(aslant, Vec3::new(0.9, 1.0, 0.0), Vec3::splat(0.06)),
+        ),
+        (
+            "a panel",
+            turned(Quat::IDENTITY, Vec3::new(0.5, 1.0, 0.03), Vec3::new(0.4, 0.9, 0.01)),
+        ),
+        (
+            "a panel aslant",
+            turned(aslant, Vec3::new(0.5, 1.0, 0.03), Vec3::new(0.3, 0.3, 0.01)),
+        ),
+        (
+            "a second layer",
+            turned(Quat::IDENTITY, Vec3::new(0.5, 1.0, 0.03), Vec3::new(0.5, 1.0, 0.02)),
+        ),
+        (
+            "a handle at its side",
+            turned(Quat::IDENTITY, Vec3::new(1.0, 1.0, 0.02), Vec3::new(0.1, 0.05, 0.02)),
+        ),
+    ] {
+        let leaves = leaves_of(&[leaf.clone(), body].concat(), &wall, TOLERANCE);
+        assert!(leaves.contains(&alone), "{what}: {leaves:?}");
+    }
+}
+
 #[test]
 fn panels_that_pass_each_other_are_two_leaves() {
     let triangles = blocks(&[

@@ -11,6 +11,7 @@ use crate::procedural::problem::Problem;
 use crate::procedural::recipe::Recipe;
 use crate::procedural::syntax::{At, Call, Parameter};
 use crate::procedural::value::Value;
+use crate::procedural::wording::given_instead;
 
 /// A value, and the module and place that say it; what is given from outside has none.
 type Given = (Value, Option<(usize, At)>);
@@ -70,8 +71,29 @@ impl<'p> Evaluator<'p> {
             self.hold((scope.module, argument.value.at), value.listed())?;
             given[slot] = Some((value, Some((scope.module, argument.value.at))));
         }
-        let (instance, path) = self.instance(module, given, Some((scope.module, call.at)))?;
-        self.held = held;
+        let program = self.program;
+        let odd = program.odd(module, |slot, _| given[slot].as_ref().map(|(value, _)| value));
+        let made = self.instance(module, given, Some((scope.module, call.at)));
+        let placed = made.and_then(|made| {
+            self.held = held;
+            self.place_instance((scope, call), turtle, (module, made), depth)
+        });
+        placed.map_err(|mut error| {
+            // What is given out of a range is named already.
+            if let Some((name, is_list)) = odd.filter(|_| error.problem.is_of_value()) {
+                error.given = Some(given_instead(name, is_list, Some(&program.modules[module].file)));
+            }
+            error
+        })
+    }
+
+    fn place_instance(
+        &mut self,
+        (scope, call): (&Scope, &'p Call),
+        turtle: &Turtle,
+        (module, (instance, path)): (usize, (usize, u32)),
+        depth: u32,
+    ) -> Outcome<()> {
         let key = vec![2, instance as u64, turtle.material as u64];
         let part = match self.known.get(&key) {
             Some(&part) => part,

@@ -15,7 +15,7 @@ impl<'p> Evaluator<'p> {
         let [least, most] = [Wish::LEAST_VIEWS, Wish::MOST_VIEWS].map(f64::from);
         let mut number = |index, range| self.formal(scope, IMPOSTOR[index], &arguments[index], range);
         let views = number(0, (least, most))?.floor() as u32;
-        let size_px = number(1, (0.0, MAX_LENGTH))?;
+        let size_px = number(1, (f64::NEG_INFINITY, f64::INFINITY))?;
         let below = number(2, (0.0, 1.0))? != 0.0;
         let frames = number(3, (1.0, f64::from(Wish::MOST_FRAMES)))?.floor() as u32;
         let stride = number(4, (LEAST_STRIDE, MAX_LENGTH))?;

@@ -36,6 +36,9 @@ pub(super) const STATEMENTS: [&str; 18] = [
 /// Words with which a declaration begins.
 pub(super) const DECLARATIONS: [&str; 6] = ["import", "parameter", "material", "function", "rule", "part"];
 
+/// Values that the language gives, whatever a file calls its own.
+const OWN_VALUES: [&str; 2] = ["detail", "level"];
+
 /// Words that nothing else can be called by, since statements and values begin with them.
 pub(super) fn is_reserved(name: &str) -> bool {
     let is_function = BuiltIn::ALL.iter().any(|(known, ..)| *known == name);
@@ -53,7 +56,7 @@ impl<'t> Parser<'t> {
                 }
                 Kind::Name("let") => {
                     self.next += 1;
-                    let (name, at) = self.declared_value("a name for the value")?;
+                    let (name, at) = self.file_value("a name for the value")?;
                     self.expect_for("=", usage::VALUE)?;
                     let value = self.written()?;
                     let name = name.to_owned();
@@ -95,6 +98,15 @@ impl<'t> Parser<'t> {
         Ok((name, at))
     }
 
+    /// The same for a value, which is read by that name alone.
+    fn file_value(&mut self, what: &str) -> Parsed<(&'t str, At)> {
+        let (name, at) = self.declared_value(what)?;
+        if OWN_VALUES.contains(&name) {
+            return Err((at, Problem::OwnValue(name.to_owned())));
+        }
+        Ok((name, at))
+    }
+
     fn import(&mut self) -> Parsed<()> {
         let path_at = self.peek().at;
         let path = self.path("the file to import, in quotes")?;
@@ -114,7 +126,7 @@ impl<'t> Parser<'t> {
     }
 
     fn parameter(&mut self) -> Parsed<()> {
-        let (name, at) = self.declared_value("a name for the parameter")?;
+        let (name, at) = self.file_value("a name for the parameter")?;
         self.expect_for("=", usage::VALUE)?;
         let from = self.peek().at as usize;
         let default = Some(self.written()?);

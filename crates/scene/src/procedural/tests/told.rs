@@ -1,7 +1,7 @@
 //! What is said when a text is wrong, and where?
 
 use super::{complaint, read};
-use crate::procedural::{DcgError, Loader, Program, Settings, Value, grow};
+use crate::procedural::{DcgError, Loader, Program, Settings, Value, grow, nearest};
 
 #[test]
 fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
@@ -266,6 +266,101 @@ fn a_parameter_that_was_given_what_its_default_is_not_is_named_with_the_mistake(
         let refused = grow(&read(&format!("{both}{wrong}")).unwrap(), &settings).unwrap_err();
         assert_eq!(refused.given, None, "{wrong}");
         assert!(refused.to_string().contains(said), "{refused}");
+    }
+}
+
+/// The same where one file gives it to another: the outermost that was given such is named.
+#[test]
+fn what_a_file_gives_another_in_place_of_a_list_is_named_too() {
+    struct Wood;
+    impl Loader for Wood {
+        fn load(&self, path: &str) -> Result<String, String> {
+            Ok(match path {
+                "tree.dcg" => "parameter height = 2 from 0 to 9 parameter at = [0, 1] parameter size = 1 box(at[0] + size, height, 1)",
+                _ => "import \"tree.dcg\" as tree parameter size = 3 tree(size = size)",
+            }
+            .to_owned())
+        }
+    }
+    let told = |text: &str| {
+        let program = Program::read(
+            "test.dcg",
+            format!("import \"tree.dcg\" as tree import \"wood.dcg\" as wood\n{text}"),
+            &Wood,
+        );
+        grow(&program.unwrap(), &Settings::default()).unwrap_err().to_string()
+    };
+    let last = |text: &str| told(text).lines().last().unwrap().trim().to_owned();
+    assert_eq!(
+        told("tree(at = 3)"),
+        "tree.dcg, line 1, column 81: what has items must be a list, and this is a number\n    \
+         parameter height = 2 from 0 to 9 parameter at = [0, 1] parameter size = 1 box(at[0] + size, height, 1)\n    \
+         called from line 2, column 1 of test.dcg\n    \
+         `at` of \"tree.dcg\" was given a number, and its default is a list"
+    );
+    assert_eq!(
+        last("tree(size = [1])"),
+        "`size` of \"tree.dcg\" was given a list, and its default is a number"
+    );
+    assert_eq!(
+        last("wood(size = [1])"),
+        "`size` of \"wood.dcg\" was given a list, and its default is a number"
+    );
+    // What names the parameter itself needs nobody to.
+    assert_eq!(
+        told("tree(height = [1])"),
+        "test.dcg, line 2, column 6: `height` has a range and must be a number, and this is a list\n    tree(height = [1])"
+    );
+}
+
+/// A letter that looks like one that names have is none, and a name is never taken for itself.
+#[test]
+fn what_looks_like_a_known_name_is_told_by_its_odd_letter() {
+    let told = |name: &str| {
+        let settings = Settings {
+            parameters: [(name.to_owned(), Value::Number(3.0))].into(),
+            ..Settings::default()
+        };
+        let program = read("parameter height = 2 box(1, height, 1)").unwrap();
+        grow(&program, &settings).unwrap_err().to_string()
+    };
+    for (name, number) in [("h\u{435}ight", "U+0435"), ("height\u{200b}", "U+200B")] {
+        assert_eq!(
+            told(name),
+            format!("`{name}`, with {number}, is not a parameter of `test.dcg`; did you mean `height`?")
+        );
+    }
+    assert_eq!(nearest("height", ["height"]), None);
+    assert_eq!(nearest("height", ["height", "Height"]).as_deref(), Some("Height"));
+}
+
+/// What Unicode 17 lets anybody leave out when it is shown (`Default_Ignorable_Code_Point`): in no name, but for joiners and variation
+/// selectors.
+#[test]
+fn nothing_is_in_a_name_that_leaves_no_trace() {
+    let ignorable = [
+        0xad..=0xad,
+        0x34f..=0x34f,
+        0x61c..=0x61c,
+        0x115f..=0x1160,
+        0x17b4..=0x17b5,
+        0x180b..=0x180f,
+        0x200b..=0x200f,
+        0x202a..=0x202e,
+        0x2060..=0x206f,
+        0x3164..=0x3164,
+        0xfe00..=0xfe0f,
+        0xfeff..=0xfeff,
+        0xffa0..=0xffa0,
+        0xfff0..=0xfff8,
+        0x1bca0..=0x1bca3,
+        0x1d173..=0x1d17a,
+        0xe0000..=0xe0fff,
+    ];
+    for c in ignorable.into_iter().flatten().filter_map(char::from_u32) {
+        let stays = matches!(c, '\u{200c}' | '\u{200d}' | '\u{180b}'..='\u{180d}' | '\u{180f}' | '\u{fe00}'..='\u{fe0f}' | '\u{e0100}'..='\u{e01ef}');
+        assert_eq!(read(&format!("called \"a{c}\" box(1, 1, 1)")).is_ok(), stays, "{c:?}");
+        assert!(read(&format!("called \"{c}\" box(1, 1, 1)")).is_err(), "{c:?}");
     }
 }
 

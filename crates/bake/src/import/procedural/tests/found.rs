@@ -17,6 +17,7 @@ fn files_are_found_through_folders_that_are_left_again_and_whatever_the_case_of_
         ("lib/gate.dcg", GATE.into()),
         ("Leaf.DCG", GATE.into()),
         ("lib/bench.glb", Gltf::triangle().glb()),
+        ("chair.obj", b"o chair\nv 0 0 0\n".to_vec()),
     ];
     let text = "import \"x/../lib/gate.dcg\" as a import \"lib/gate.dcg\" as b import \"Leaf.DCG\" as c
         a() move(9, 0, 0) b() move(0, 0, 9) c() model \"lib/deep/../bench.glb\"";
@@ -38,6 +39,10 @@ fn files_are_found_through_folders_that_are_left_again_and_whatever_the_case_of_
             "`import` reads rules; place a glTF file with `model`",
         ),
         ("model \"Leaf.DCG\"", "use `import` for rules"),
+        (
+            "model \"chair.obj\"",
+            ", and `model` places glTF 2.0 (.glb, .gltf with its files, or a .zip that holds one); other formats can be converted",
+        ),
         (
             "model \"http://harbour.org/boat.glb\"",
             "line 1, column 1: \"http://harbour.org/boat.glb\" cannot be placed: it is an address, and nothing is fetched",
@@ -147,6 +152,11 @@ fn no_mistake_of_rules_at_a_node_ends_the_import() {
             "sub/gate.dcg: `height` is \"2\"; write a number or a list of numbers",
         ),
         (
+            json!({"procedural": "sub/gate.dcg", "parameters": {"height": "#f00"}}),
+            "`parameters` that are not numbers or lists of them: not grown",
+            "sub/gate.dcg: `height` is \"#f00\"; write `[1,0,0]`",
+        ),
+        (
             json!({"procedural": "sub/gate.dcg", "parameters": [2]}),
             "`parameters` that are not an object of names and values: not grown",
             "sub/gate.dcg: `parameters` is [2]; write names and values, as in {\"height\": 12}",
@@ -197,6 +207,21 @@ fn no_mistake_of_rules_at_a_node_ends_the_import() {
             "{refused}"
         );
     }
+    // Names are told in one line, and no more of them than of a line of rules.
+    let long = "x".repeat(100_000);
+    let mut gltf = Gltf::triangle();
+    let extras = json!({"belvedere": {"procedural": long}});
+    gltf.push("nodes", json!({"name": format!("two\nlines{long}"), "extras": extras}));
+    gltf.json["scenes"][0]["nodes"] = json!([0, 1]);
+    let told = read("scene.glb", gltf.glb(), &files)
+        .unwrap()
+        .defects
+        .iter()
+        .next()
+        .unwrap()
+        .to_string();
+    let places = format!("node \"two\\nlines{}…\", {}…: there is", &long[..111], &long[..120]);
+    assert!(told.contains(&places) && told.len() < 500, "{told}");
     let mut gltf = Gltf::triangle();
     gltf.json["nodes"][0]["extras"] = json!({"belvedere": {"parameters": {"height": 2}, "procedral": "gate.dcg"}});
     let imported = read("scene.glb", gltf.glb(), &files).unwrap();
@@ -218,8 +243,15 @@ fn what_keeps_a_model_from_being_grown_alone_is_counted() {
     assert_eq!(
         growable.sentence().unwrap(),
         "2 of 6 models can be grown by clients; 1 takes what its caller paints it with: let the part paint itself, with a parameter for \
-         what differs; 1 is what `called` names: draw it in a `part`, and call that behind `called`; 1 holds other parts or glTF \
-         files: let a rule place parts side by side; 1 comes from a glTF file"
+         what differs; 1 is what `called` names: draw it in a `part`, and call that behind `called`; 1 holds other parts, glTF \
+         files or something `called`: let a rule place parts side by side; 1 comes from a glTF file"
+    );
+    // Also where there is nothing in what is called.
+    let text = "part hall() { called \"cell:a\" {} box(1, 1, 1) } hall()";
+    assert_eq!(
+        Growable::of(&rules(text, &[]).unwrap().scene).sentence().unwrap(),
+        "0 of 1 model can be grown by clients; 1 holds other parts, glTF files or something `called`, as `hall`: let a rule place parts \
+         side by side"
     );
     let text = "part own() { box(1, 1, 1) } box(1, 2, 1) move(4, 0, 0) own()";
     assert_eq!(
