@@ -155,7 +155,7 @@ async fn levels_come_instead_of_rules_that_get_lost_on_the_way() {
     let still = |t_ms: u32| format!("{{\"t_ms\": {t_ms}, \"position\": {position:?}}}\n");
     let script = Script::parse(&[0, 20_000].map(still).concat()).expect("two moments");
     let source = Watched::new(tree, without_rules);
-    let walked = tour::walk(source, &name(), &script, &TourSettings::default())
+    let walked = tour::walk(source, &name(), &script, &TourSettings::default(), || ())
         .await
         .expect("a walk");
     assert!(walked.lost_files > 0);

@@ -76,6 +76,10 @@ impl Default for TourSettings {
 }
 
 impl TourSettings {
+    fn frame_ms(&self) -> f64 {
+        1000.0 / self.frames_per_s
+    }
+
     fn budgets(&self) -> Budgets {
         Budgets {
             target_px: self.target_px,
@@ -86,7 +90,7 @@ impl TourSettings {
     }
 }
 
-/// Sends one visitor along a script; the visitor holds nothing at first.
+/// Sends one visitor along a script; the visitor holds nothing at first. `each_frame` hears of each of [`frames`] when it is over.
 ///
 /// # Errors
 /// When the scene cannot be opened. What cannot be fetched later is counted, and the tour goes on without it.
@@ -95,8 +99,20 @@ pub async fn walk<S: ByteSource>(
     scene: &SceneName,
     script: &Script,
     settings: &TourSettings,
+    each_frame: impl Fn(),
 ) -> Result<Tour, Error> {
     let client = Client::new(Metered::new(source));
     let scene = client.open(scene).await?.giving_up();
-    Ok(Visitor::new(&scene, settings).walk(script).await)
+    Ok(Visitor::new(&scene, settings).walk(script, each_frame).await)
+}
+
+/// No tour has more frames after its first: a day at ten a second.
+const MOST_FRAMES: u64 = 864_000;
+
+/// How many frames a visitor looks at on a way.
+#[must_use]
+pub fn frames(script: &Script, settings: &TourSettings) -> u64 {
+    let [from_ms, to_ms] = script.times_ms();
+    let last = ((to_ms - from_ms) / settings.frame_ms()).floor();
+    (last as u64).min(MOST_FRAMES) + 1
 }

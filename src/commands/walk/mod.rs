@@ -6,8 +6,9 @@ mod live;
 mod losses;
 mod machine;
 mod quantity;
+mod strides;
 
-use std::{io::IsTerminal, path::PathBuf, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
 use anyhow::Context;
 use belvedere_client::{
@@ -15,9 +16,9 @@ use belvedere_client::{
     tour::{self, Line, Manner, Outcome, Rambles, Script, Tour, TourSettings},
 };
 use belvedere_scene::{Revision, SceneName};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use losses::Counted;
 use machine::Machine;
+use strides::Strides;
 
 use super::output::{bytes, percent, print, print_json, table};
 
@@ -168,21 +169,22 @@ async fn walk<S: ByteSource + Clone + 'static>(
     if let Some(file) = &args.save_script {
         std::fs::write(file, scripts[0].to_text()).with_context(|| format!("cannot write {}", file.display()))?;
     }
+    let frames = scripts.iter().map(|script| tour::frames(script, &settings));
+    let strides = Arc::new(Strides::new(frames.sum(), args.json)?);
     let visitors = scripts.iter().map(|script| {
         let (source, scene, script) = (source.clone(), args.scene.clone(), script.clone());
-        tokio::spawn(async move { tour::walk(source, &scene, &script, &settings).await })
+        let strides = Arc::clone(&strides);
+        tokio::spawn(async move { tour::walk(source, &scene, &script, &settings, || strides.step()).await })
     });
     let visitors: Vec<_> = visitors.collect();
     let mut tours: Vec<Tour> = Vec::with_capacity(visitors.len());
-    let bar = progress(visitors.len(), args.json)?;
     for visitor in visitors {
         match visitor.await? {
             Ok(tour) => tours.push(tour),
             Err(cause) => return Err(cannot_open(&args, &source, cause).await),
         }
-        bar.inc(1);
     }
-    bar.finish_and_clear();
+    strides.end();
     if let Some(file) = &args.plot {
         std::fs::write(file, chart::draw(&chart::title(&args.scene, &settings.line), &tours[0]))
             .with_context(|| format!("cannot write {}", file.display()))?;
@@ -240,20 +242,6 @@ async fn walk<S: ByteSource + Clone + 'static>(
         );
     }
     Ok(())
-}
-
-/// How many visitors have gone their ways.
-fn progress(visitors: usize, json: bool) -> anyhow::Result<ProgressBar> {
-    let target = if !json && std::io::stderr().is_terminal() {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(Some(visitors as u64), target);
-    bar.set_style(ProgressStyle::with_template(
-        "    walk {bar:40.cyan/dim} {pos} of {len} visitors",
-    )?);
-    Ok(bar)
 }
 
 /// Where memory did not even hold the coarsest of a cell and its neighbours: what would.

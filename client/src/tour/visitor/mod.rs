@@ -29,8 +29,6 @@ use crate::{
     },
 };
 
-/// No tour has more frames: a day at ten a second.
-const MOST_FRAMES: u64 = 864_000;
 /// Who has moved so far looks anew at what is wanted.
 const MOVED_M: f64 = 0.25;
 /// Between two looks at whether the scene was published anew.
@@ -87,13 +85,12 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
         }
     }
 
-    pub(super) async fn walk(mut self, script: &Script) -> Tour {
-        let [from_ms, to_ms] = script.times_ms();
-        let frame_ms = 1000.0 / self.settings.frames_per_s;
-        let frames = (((to_ms - from_ms) / frame_ms).floor() as u64).min(MOST_FRAMES);
+    pub(super) async fn walk(mut self, script: &Script, each_frame: impl Fn()) -> Tour {
+        let [from_ms, _] = script.times_ms();
+        let frame_ms = self.settings.frame_ms();
         // The pointer and the manifest have been read.
         self.now_ms = self.courier.charge(0.0);
-        for frame in 0..=frames {
+        for frame in 0..super::frames(script, &self.settings) {
             let t_ms = frame as f64 * frame_ms;
             self.position = script.at(from_ms + t_ms);
             self.motion.observe(t_ms / 1000.0, self.position);
@@ -102,6 +99,7 @@ impl<'a, S: ByteSource> Visitor<'a, S> {
             self.courier.tour.frames.push(frame);
             self.ask(t_ms + frame_ms).await;
             self.look_for_newer(t_ms).await;
+            each_frame();
         }
         let mut tour = self.courier.end().await;
         tour.memory = Memory::of(

@@ -6,7 +6,8 @@ use glam::{DMat3, DMat4};
 
 use super::document::Item;
 use super::instances::Instances;
-use super::nodes::{AuthoredKind, Hierarchy, Mark, PlacedNode, walk};
+use super::mark::{AuthoredKind, Mark};
+use super::nodes::{Hierarchy, PlacedNode, walk};
 use super::poses::{Movements, Skinned, moving};
 use super::primitives::{ReadPrimitive, Wanted, read as read_primitive};
 use super::procedural::{self, Ground, Nursery, Planting, Wish};
@@ -241,13 +242,7 @@ impl<'a> Assembly<'_, 'a> {
             self.reader.defects.note(defect, 1, || node.name.clone());
             return Ok(());
         }
-        let authored = &mut self.scene.authored;
-        let list = match kind {
-            AuthoredKind::Cell => &mut authored.cells,
-            AuthoredKind::Portal => &mut authored.portals,
-            AuthoredKind::Occluder => &mut authored.occluders,
-        };
-        list.push(shape);
+        kind.list(&mut self.scene.authored).push(shape);
         Ok(())
     }
 

@@ -6,7 +6,7 @@
 //!
 //! A tour, in the order in which data flows: `container` and `archive` find the document and its bytes; `document`
 //! reads members of it without trust; `reader` resolves buffers and views, `compression` decodes them; `accessors`
-//! reads numbers; `nodes` and `instances` place objects; `primitives`, `topology` and `attributes` check geometry;
+//! reads numbers; `nodes` and `instances` place objects, `mark` says what for; `primitives`, `topology` and `attributes` check geometry;
 //! `skin` poses it, for pictures of what moves as `animation` and `poses` say; `materials` collects what is used; `impostor` reads what asks for pictures, `extras` finds wishes that nobody reads. [`split`] then cuts sprawling meshes into objects.
 //!
 //! Guarantees: geometry is finite, indices are in range, no triangle is without area, every model, material, texture
@@ -31,6 +31,7 @@ mod instances;
 mod large;
 mod limits;
 mod local;
+mod mark;
 mod materials;
 mod nodes;
 pub mod plan;

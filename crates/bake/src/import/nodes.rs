@@ -11,33 +11,12 @@ use super::ImportError;
 use super::document::Item;
 use super::impostor::{self, Asked};
 use super::local::Local;
+use super::mark::Mark;
 use super::reader::Reader;
 use crate::source::{Role, SourceViewpoint};
 
 /// Of a viewpoint.
 pub(super) const NO_DIRECTION: &str = "viewpoint without a direction: left out";
-
-/// What an author marked a node as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mark {
-    /// Drawn.
-    Drawn(Role),
-    /// A shape for the bake, not drawn.
-    Authored(AuthoredKind),
-    /// Somebody's body, which moves and so is no part of the scene.
-    Avatar,
-}
-
-/// What a shape for the bake is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum AuthoredKind {
-    /// A view cell.
-    Cell,
-    /// An opening between two cells.
-    Portal,
-    /// A body that hides.
-    Occluder,
-}
 
 /// A node that the scene reaches.
 #[derive(Debug, Clone)]
@@ -236,18 +215,12 @@ fn author_kind<'a>(node: &Item<'a>) -> Option<&'a str> {
 }
 
 fn author_mark(reader: &mut Reader, node: &Item) -> Option<Mark> {
-    Some(match author_kind(node)? {
-        "door" => Mark::Drawn(Role::Door),
-        "cell" => Mark::Authored(AuthoredKind::Cell),
-        "portal" => Mark::Authored(AuthoredKind::Portal),
-        "occluder" => Mark::Authored(AuthoredKind::Occluder),
-        "avatar" => {
-            let kind = "avatar: not part of the scene that stands still, left out";
-            reader.defects.note(kind, 1, || node.place.clone());
-            Mark::Avatar
-        }
-        _ => return None,
-    })
+    let mark = Mark::of(author_kind(node)?)?;
+    if mark == Mark::Avatar {
+        let kind = "avatar: not part of the scene that stands still, left out";
+        reader.defects.note(kind, 1, || node.place.clone());
+    }
+    Some(mark)
 }
 
 /// Keeps cameras and nodes that are marked as viewpoints.

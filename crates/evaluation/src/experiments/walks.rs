@@ -163,7 +163,7 @@ pub fn walk_through(
         };
         let tours = scripts
             .iter()
-            .map(|script| runtime.block_on(tour::walk(source.clone(), &scene_name, script, &settings)));
+            .map(|script| runtime.block_on(tour::walk(source.clone(), &scene_name, script, &settings, || ())));
         anyhow::Ok(tours.collect::<Result<Vec<_>, _>>()?)
     };
     let walked = |prefetch: bool, rules: bool| anyhow::Ok(Walked::of(&tours(prefetch, rules, u64::MAX)?));

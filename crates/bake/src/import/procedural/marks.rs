@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use belvedere_scene::procedural::{DcgError, Grown, Program, SaidInFile};
 
 use crate::defect::Defects;
-use crate::source::SourceModel;
+use crate::import::mark::Mark;
+use crate::source::{Role, SourceModel};
 
 const KIND: &str = "`cell:`, `portal:`, `occluder:` or `door:` without geometry: not used; it is for the one statement behind the name, as in \
                     `called \"cell:hall\" box(8, 3, 6)`, and for no glTF file and nothing that is called by another name in it";
@@ -28,8 +29,10 @@ pub(super) fn note(
     let mut known = vec![None; grown.parts.len()];
     let mut counts: BTreeMap<(SaidInFile, &str), Count> = BTreeMap::new();
     for (index, part) in grown.parts.iter().enumerate() {
-        let kind = part.name.split_once(':').map(|(kind, _)| kind);
-        let is_marked = matches!(kind, Some("cell" | "portal" | "occluder" | "door"));
+        let is_marked = matches!(
+            Mark::of_name(&part.name),
+            Some(Mark::Authored(_) | Mark::Drawn(Role::Door))
+        );
         let Some(said) = part.called.filter(|_| is_marked) else {
             continue;
         };

@@ -15,6 +15,7 @@ use super::poses::poses;
 use crate::defect::Defects;
 use crate::growable::Tie;
 use crate::import::limits::Budget;
+use crate::import::mark::Mark;
 use crate::import::topology::compact;
 use crate::import::{ImportError, Limits};
 use crate::source::{
@@ -120,19 +121,13 @@ pub(super) fn scene_of(
             }
         }
         let Some(model) = &models[instance.part] else { continue };
-        let kind = instance.name.split_once(':').map_or("", |(kind, _)| kind);
-        let authored = match kind {
-            "cell" => Some(&mut scene.authored.cells),
-            "portal" => Some(&mut scene.authored.portals),
-            "occluder" => Some(&mut scene.authored.occluders),
-            _ => None,
-        };
-        if let Some(list) = authored {
+        let mark = Mark::of_name(instance.name);
+        if let Some(Mark::Authored(kind)) = mark {
             let triangles = model.primitives.iter().map(|primitive| primitive.indices.len() / 3);
             let name = || instance.name.to_owned();
             budget.claim(triangles.sum(), size_of::<[DVec3; 3]>(), name)?;
             let triangles = model.primitives.iter().flat_map(Primitive::exact_triangles);
-            list.push(AuthoredShape {
+            kind.list(&mut scene.authored).push(AuthoredShape {
                 said: instance.said.map(&mut place_of),
                 ..AuthoredShape::placed(name(), triangles, world_from_part)
             });
@@ -148,7 +143,10 @@ pub(super) fn scene_of(
             part: 0,
             model: index,
             world_from_object: world_from_part,
-            role: if kind == "door" { Role::Door } else { Role::Ordinary },
+            role: match mark {
+                Some(Mark::Drawn(role)) => role,
+                _ => Role::Ordinary,
+            },
         });
     }
     let Authored {
