@@ -175,7 +175,8 @@ fn neighbours(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let files = folder.read_dir().into_iter().flatten().take(MOST_NAMES).flatten();
     let files = files.filter_map(|file| file.file_name().into_string().ok());
-    let is_like = |file: &String| Path::new(file).extension() == path.extension();
+    // A link that leads nowhere is no neighbour of itself.
+    let is_like = |file: &String| *file != name && Path::new(file).extension() == path.extension();
     let mut alike: Vec<String> = files.filter(is_like).collect();
     alike.sort_unstable();
     if let Some(meant) = nearest(&name, alike.iter().map(String::as_str)) {
