@@ -1,10 +1,10 @@
 //! Does a walk go on, and say so, where a part of the map of cells never comes, whichever way it fails?
 
-use std::sync::Arc;
+use std::{cell::Cell, sync::Arc};
 
 use bytes::Bytes;
 
-use super::{Manner, Rambles, Script, TourSettings, walk};
+use super::{Manner, Rambles, Script, TourSettings, frames, walk};
 use crate::{
     ByteSource, Error,
     testing::{self, FAULTS, Faulty},
@@ -27,8 +27,11 @@ async fn a_page_that_never_comes_is_asked_for_once_and_told_once() {
     for fault in FAULTS {
         let source = Shared(Arc::new(Faulty::new(fault)));
         let bare = "bare".parse().expect("a name");
-        let walked = walk(source.clone(), &bare, &way, &TourSettings::default()).await;
+        let (settings, heard) = (TourSettings::default(), Cell::new(0));
+        let hear = || heard.set(heard.get() + 1);
+        let walked = walk(source.clone(), &bare, &way, &settings, hear).await;
         let tour = walked.expect("the scene opens");
+        assert_eq!(heard.get(), frames(&way, &settings));
         assert_eq!(source.0.asked(), 1, "{:?}", tour.first_failures);
         assert_eq!(tour.frames.len(), 61);
         assert!(tour.frames.iter().all(|frame| frame.unknown));
