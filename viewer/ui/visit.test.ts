@@ -111,6 +111,16 @@ it("a link says whether one flies there, and is judged once it is known what is 
   visit.close();
 });
 
+it("a link whose place cannot be read says so and leads nowhere, and one that names none says nothing", async () => {
+  const { visit, strayed } = await visitAt(STOOD);
+  expect([visit.followLink("#p=1,NaN,2"), strayed]).toEqual([false, ["unreadable"]]);
+  expect([visit.followLink("#rev=abc"), strayed.length]).toEqual([false, 1]);
+  expect(visit.walker.position).toEqual(STOOD.position);
+  expect([visit.followLink("#p=2,1.6,3"), strayed.length]).toEqual([true, 1]);
+  expect(visit.walker.position).toEqual([2, 1.6, 3]);
+  visit.close();
+});
+
 it("who turns to another page while walking stands there, since no frame says anything of it", async () => {
   const letGo = vi.fn();
   const listen = vi.spyOn(page, "addEventListener");

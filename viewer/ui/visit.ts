@@ -18,7 +18,7 @@ import {
 import type { FileRef, Viewpoint } from "../core/documents/documents.ts";
 import type { PlacedObject } from "../core/documents/placedobject.ts";
 import { Explorer } from "../core/explorer/explorer.ts";
-import { anglesOf, type Mode, type Pose } from "../core/movement/address.ts";
+import { anglesOf, isPoseBroken, type Mode, type Pose, readPose } from "../core/movement/address.ts";
 import type { Astray } from "../core/movement/astray.ts";
 import { clearance_m } from "../core/movement/clearance.ts";
 import type { Footing } from "../core/movement/footing.ts";
@@ -216,6 +216,14 @@ export class Visit {
       high && link.mode === "fly" && length(subtract(high.position, link.position)) < this.walker.bodyRadius_m;
     if (isHigh) this.looksDownFrom = link.position;
     this.linked = link;
+  }
+
+  /** The same for its hash, which may be broken; answers whether it names a place. */
+  followLink(hash: string): boolean {
+    const pose = readPose(hash);
+    if (pose) this.follow(pose);
+    else if (isPoseBroken(hash)) this.parts.astray?.("unreadable");
+    return pose !== undefined;
   }
 
   turn(yaw: number, pitch: number): void {
