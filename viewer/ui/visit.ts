@@ -245,12 +245,18 @@ export class Visit {
     else if (first) this.goTo(first, "walk");
   }
 
+  /** What of the world belongs into a picture of all of it. */
+  get framed(): Bounds {
+    return this.parts.frame ?? this.parts.scene.manifest.bounds;
+  }
+
   /** Where one begins high up, if one does. */
   private high(): Pose | undefined {
-    const { scene, stage, isRoofed, frame = scene.manifest.bounds } = this.parts;
+    const { framed } = this;
+    const { scene, stage, isRoofed } = this.parts;
     if (isRoofed) return undefined;
     const { width, height } = stage.size;
-    return overview(scene.manifest, frame, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
+    return overview(scene.manifest, framed, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
   }
 
   /** Whether one has not flown away from where one has begun high up. */
