@@ -20,6 +20,7 @@ const stage = {
   aim: () => {},
   corners: () => [],
   cutAbove: () => {},
+  lookBeside: vi.fn(),
   eye: (position: Vec3) => ({ position, viewAngle_rad: 1, height_px: 720 }),
   cast: () => false,
   recast: () => {},
@@ -83,6 +84,16 @@ it("links carry the place that one stands at, also where the view is frozen befo
   frame(4000);
   frame(5000);
   expect(written).toEqual([STOOD, STOOD]);
+  visit.close();
+});
+
+it("who looks at a frozen view looks beside what covers the picture, until it is over", async () => {
+  const { visit } = await visitAt(STOOD);
+  const covered = () => ({ right_px: 372, bottom_px: 0 });
+  visit.freeze(covered);
+  expect(stage.lookBeside).toHaveBeenLastCalledWith(covered);
+  visit.thaw();
+  expect(stage.lookBeside).toHaveBeenLastCalledWith();
   visit.close();
 });
 

@@ -33,7 +33,7 @@ import type { QualityHistory } from "../core/strategy/quality.ts";
 import type { Eye } from "../core/strategy/sight.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
-import type { Matrix4, Object3D, Painting, Stage } from "../three/stage.ts";
+import type { Covered, Matrix4, Object3D, Painting, Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
 import { Errands } from "./errand.ts";
 import { Frames } from "./frames.ts";
@@ -308,11 +308,11 @@ export class Visit {
     return this.frozenView !== undefined;
   }
 
-  /** From now on nothing follows the eye any more, and no wall holds it. */
-  freeze(): void {
+  /** From now on nothing follows the eye any more, and no wall holds it. A panel may cover some of the picture. */
+  freeze(covered?: () => Covered): void {
     this.errands.end();
     this.landing = undefined;
-    this.frozenView = new FrozenView(this.walker, this.parts.stage);
+    this.frozenView = new FrozenView(this.walker, this.parts.stage, covered);
     // One may have come here since the last frame.
     this.reporter.moved();
     this.moves();
