@@ -97,8 +97,22 @@ async function pretendSlowLine(page) {
   const rate = (8000 * (to - from)) / (to_ms - from_ms);
   // Bytes are counted in pieces, and cached ones before they are slowed down.
   insist(rate < 4 * 56_000, `${Math.round(rate / 1000)} kb/s arrive on a line of 56`);
-  await page.getByLabel("Pretend that the line is").selectOption("");
   await settle(page, "the other place");
+  await keepsSlowLine(page);
+}
+
+/** The line stays slow over a reload, as when another scene is chosen, until another line is. */
+async function keepsSlowLine(page) {
+  const line = page.getByLabel("Pretend that the line is");
+  for (const name of ["56k", ""]) {
+    await line.selectOption(name);
+    await page.reload();
+    await settle(page, "the place before a reload");
+    await page.locator("#view").focus();
+    await page.keyboard.press("KeyI");
+    const kept = await line.inputValue();
+    insist(kept === name, `after a reload the line is "${kept}" where "${name}" was chosen`);
+  }
 }
 
 /** Reasons are there to be read, without a mouse too, also those of a while ago. */

@@ -103,6 +103,10 @@ async function byStrayLink(page) {
   const start = await settle(page, "the start");
   insist(Math.abs(start.position[0]) < 4000, `the way back leads to ${start.position}`);
   await gone(way, "who is back is still offered the way back");
+  await page.goto("about:blank");
+  await page.goto(`${url}#p=1,NaN,2`);
+  await page.locator("#toast-text").getByText("The place in this link cannot be read").waitFor({ timeout });
+  await settle(page, "the start in place of what cannot be read");
 }
 
 /** Nothing of the old place is told as of the new one, from the first moment. */

@@ -13,7 +13,7 @@ import { passes } from "../core/fetch/losses.ts";
 import type { Silence } from "../core/fetch/silences.ts";
 import { Tree } from "../core/fetch/tree.ts";
 import { webCryptoDigest } from "../core/fetch/verify.ts";
-import { type Pose, readPose, treeBase } from "../core/movement/address.ts";
+import { type Pose, treeBase } from "../core/movement/address.ts";
 import { decoderReady } from "../three/decoder.ts";
 import { Stage } from "../three/stage.ts";
 import { describeInto } from "../ui/alternative.ts";
@@ -32,6 +32,7 @@ import { type Furniture, furnish, HOW_TO_MOVE } from "./furniture.ts";
 import { coverWith, showPoster } from "./poster.ts";
 import { isSameWorld } from "./sameworld.ts";
 import { Seats } from "./seats.ts";
+import { readSrc, SrcError } from "./src.ts";
 import { takeEarly } from "./upgrade.ts";
 
 /** Of all elements on the page, those of other versions apart. */
@@ -201,9 +202,7 @@ export class BelvedereScene extends HTMLElement {
   private goOn(visit: Visit, link: string): void {
     this.caption?.withdraw();
     if (this.caption?.hasFailed) this.tryAgain();
-    const pose = readPose(new URL(link, document.baseURI).hash);
-    if (pose) visit.follow(pose);
-    else visit.start();
+    if (!visit.followLink(new URL(link, document.baseURI).hash)) visit.start();
     this.caption?.expect();
   }
 
@@ -237,7 +236,7 @@ export class BelvedereScene extends HTMLElement {
     if (hasFocus) this.focus({ preventScroll: true });
     let server = behind(new URL(location.href));
     try {
-      const src = new URL(this.getAttribute("src") ?? ".", document.baseURI);
+      const src = readSrc(this.getAttribute("src"), document.baseURI);
       server = behind(new URL(treeBase(src.href)));
       const silent = (silence?: Silence) => caption.delay(silence && explainSilence(silence, server));
       const queue = queueFor(silent);
@@ -255,8 +254,10 @@ export class BelvedereScene extends HTMLElement {
         stage.close();
         return;
       }
-      this.visit = this.begin(stage, opened, furniture, readPose(src.hash));
+      this.visit = this.begin(stage, opened, furniture, src.hash);
     } catch (error) {
+      // Who makes an element may say at once what it is to show.
+      if (error instanceof SrcError) await undefined;
       if (attempt !== this.attempt) return;
       this.opening?.close();
       this.fail(error, server, caption);
@@ -267,7 +268,7 @@ export class BelvedereScene extends HTMLElement {
     stage: Stage,
     { scene, isRoofed, frame }: Opened,
     { canvas, over, stick, caption, picture, announcer, door }: Furniture,
-    pose: Pose | undefined,
+    hash: string,
   ): Visit {
     const { attempt } = this;
     canvas.setAttribute("aria-label", `${scene.manifest.title}. ${HOW_TO_MOVE}`);
@@ -293,8 +294,7 @@ export class BelvedereScene extends HTMLElement {
     this.wanted = undefined;
     this.kept = undefined;
     if (wanted) visit.teleport(wanted);
-    else if (pose) visit.follow(pose);
-    else visit.start();
+    else if (!visit.followLink(hash)) visit.start();
     const doors = new Doors(visit);
     describeInto(picture, visit);
     const hint = new DoorHint({
@@ -340,7 +340,7 @@ export class BelvedereScene extends HTMLElement {
   }
 
   private fail(error: unknown, server: Server, caption: Caption): void {
-    const { title, text } = explain(error, server);
+    const { title, text } = error instanceof SrcError ? error : explain(error, server);
     const others = error instanceof NoSuchScene ? (error.others ?? []).map(({ scene }) => scene).join(", ") : "";
     const mayHelp = this.visit !== undefined || passes(error);
     caption.problem(

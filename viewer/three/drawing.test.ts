@@ -223,3 +223,26 @@ describe.each(["off", "on"] as const)("no program is made while a picture is dra
     expect([drawn, draw, sample].map(({ mock }) => mock.calls.length)).toEqual([1, 2, 2]);
   });
 });
+
+it("what is straight ahead is in the middle of what is not covered, also after the picture has become larger", async () => {
+  await begin("off");
+  stage.aim([0, 0, 0], 0, 0);
+  const ahead = (x: number, y: number) => {
+    stage.camera.updateMatrixWorld();
+    return stage.ray(x, y).ray.direction.toArray();
+  };
+  const isAhead = (x: number, y: number) => {
+    for (const [i, at] of [0, 0, -1].entries()) expect(ahead(x, y)[i]).toBeCloseTo(at, 9);
+  };
+  const { width, height } = stage.size;
+  isAhead(width / 2, height / 2);
+  stage.lookBeside(() => ({ right_px: stage.size.width / 2, bottom_px: 0 }));
+  isAhead(width / 4, height / 2);
+  Object.assign(card.canvas, { clientWidth: 2 * width });
+  stage.resize("still");
+  isAhead(width / 2, height / 2);
+  stage.lookBeside(() => ({ right_px: 0, bottom_px: height / 2 }));
+  isAhead(width, height / 4);
+  stage.lookBeside();
+  isAhead(width, height / 2);
+});

@@ -58,6 +58,12 @@ export interface Painting {
   draw(renderer: WebGLRenderer): void;
 }
 
+/** So much of the picture nobody sees, at its right and its bottom, in CSS pixels. */
+export interface Covered {
+  readonly right_px: number;
+  readonly bottom_px: number;
+}
+
 export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(VIEW_ANGLE_DEG, 1, NEAR_M, 2000);
@@ -78,6 +84,7 @@ export class Stage {
   private top_m: number | undefined;
   /** The near plane is no nearer, and the far plane no nearer either. */
   private least_m = { near: NEAR_M, far: 2000 };
+  private covered: (() => Covered) | undefined;
   /** Of the world, from corner to corner, and to the nearest thing that can be seen. */
   private readonly extent_m = { across: 0, clearance: 0 };
 
@@ -198,8 +205,23 @@ export class Stage {
     if (width === 0 || height === 0) return false;
     this.renderer.setDrawingBufferSize(width, height, ratio);
     this.camera.aspect = width / height;
+    this.shift();
     this.camera.updateProjectionMatrix();
     return true;
+  }
+
+  /** From now on what is straight ahead is in the middle of what is not covered; of the picture, when nothing is said to be. */
+  lookBeside(covered?: () => Covered): void {
+    this.covered = covered;
+    this.shift();
+  }
+
+  private shift(): void {
+    const { width, height } = this.size;
+    const { right_px, bottom_px } = this.covered?.() ?? { right_px: 0, bottom_px: 0 };
+    if (right_px > 0 || bottom_px > 0) {
+      this.camera.setViewOffset(width, height, right_px / 2, bottom_px / 2, width, height);
+    } else if (this.camera.view) this.camera.clearViewOffset();
   }
 
   /** Has the shadow map drawn anew, soon: what casts shadows has changed. */

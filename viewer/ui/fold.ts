@@ -1,4 +1,5 @@
 /** How is a panel folded away? By its button; what the person chose is remembered on this device. */
+import { recall, remember } from "./remembering.ts";
 
 const REMEMBERED = "belvedere.unfolded.";
 
@@ -19,9 +20,9 @@ export class Fold {
     button.setAttribute("aria-controls", content.id);
     button.onclick = () => {
       this.toggle();
-      remember(this.name, String(this.open));
+      remember("device", this.name, String(this.open));
     };
-    const chosen = recall(this.name);
+    const chosen = recall("device", this.name);
     this.show(chosen ? chosen === "true" : open);
   }
 
@@ -38,20 +39,5 @@ export class Fold {
   private show(open: boolean): void {
     this.content.hidden = !open;
     this.button.setAttribute("aria-expanded", String(open));
-  }
-}
-
-/** Pages may be forbidden to keep anything. */
-function remember(name: string, value: string): void {
-  try {
-    localStorage.setItem(name, value);
-  } catch {}
-}
-
-function recall(name: string): string | null {
-  try {
-    return localStorage.getItem(name);
-  } catch {
-    return null;
   }
 }

@@ -2,7 +2,7 @@
 import { add, direction, scale, subtract, type Vec3 } from "../core/basics/geometry.ts";
 import type { Mode, Pose } from "../core/movement/address.ts";
 import type { Walker } from "../core/movement/walker.ts";
-import type { Stage } from "../three/stage.ts";
+import type { Covered, Stage } from "../three/stage.ts";
 
 /** One looks at it from behind and above. */
 const [LOOK_BACK_M, LOOK_DOWN_M] = [12, 16];
@@ -14,14 +14,16 @@ export class FrozenView {
   /** From the eye to the corners of the picture, a metre away. */
   private readonly rays: readonly Vec3[];
 
-  /** Freezes what the walker sees, and lets it fly behind that. */
+  /** Freezes what the walker sees, and lets it fly behind that; a panel may cover some of the picture. */
   constructor(
     private readonly walker: Walker,
     private readonly stage: Stage,
+    covered?: () => Covered,
   ) {
     const { position, yaw, pitch, mode, size } = walker;
     this.pose = { position, yaw, pitch, mode };
     this.rays = stage.corners(1).map((corner) => subtract(corner, position));
+    stage.lookBeside(covered);
     walker.mode = "fly";
     walker.place(add(position, add(scale(direction(yaw), -LOOK_BACK_M * size), [0, LOOK_DOWN_M * size, 0])));
     walker.look(yaw, -Math.atan2(LOOK_DOWN_M, LOOK_BACK_M));
@@ -41,6 +43,7 @@ export class FrozenView {
   thaw(cell: number | undefined): void {
     const { position, yaw, pitch, mode } = this.pose;
     void this.cutAway(false);
+    this.stage.lookBeside();
     this.walker.mode = mode;
     this.walker.place(position, mode === "walk" ? cell : undefined);
     this.walker.look(yaw, pitch);

@@ -2,7 +2,7 @@
  * What do links say of a visit? The page's address follows where one is, in this revision, and one follows the links that it is given. They
  * may have been made in another revision, and lead astray.
  */
-import { type Pose, readPose, readRevision, withoutRevision, writePose } from "../core/movement/address.ts";
+import { type Pose, readRevision, withoutRevision, writePose } from "../core/movement/address.ts";
 import type { Astray } from "../core/movement/astray.ts";
 import { ASTRAY, TO_THE_START } from "./astray.ts";
 import type { Toast } from "./toast.ts";
@@ -56,13 +56,10 @@ export class Links {
       this.ofOldLink = "This world has changed since the link was made. ";
       this.toast.show(this.ofOldLink.trim(), "All right", () => {});
     }
-    const pose = readPose(location.hash);
-    if (pose) visit.follow(pose);
-    else visit.start();
+    if (!visit.followLink(location.hash)) visit.start();
     addEventListener("hashchange", () => {
-      const target = readPose(location.hash);
       this.ofOldLink = "";
-      if (target) visit.follow(target);
+      visit.followLink(location.hash);
     });
   }
 }

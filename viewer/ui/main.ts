@@ -24,6 +24,7 @@ import { focusWorld, giveBackFocus, keepFocus } from "./focus.ts";
 import { Hud } from "./hud.ts";
 import { InSight } from "./insight.ts";
 import { inspector } from "./inspect.ts";
+import { keepLine } from "./inspector/line.ts";
 import { Links } from "./links.ts";
 import { type Opened, openScene } from "./opening.ts";
 import { makePanels } from "./panels.ts";
@@ -226,6 +227,7 @@ async function main(): Promise<void> {
     tallyEncodedBytes(tree.base.href);
     const log = new RequestLog(() => performance.now());
     const throttle = new Throttle((url, init) => fetch(url, init));
+    keepLine(throttle);
     const shelf = await Shelf.open(compartments(globalThis.caches), SHELF_BYTES, tree.base.origin);
     const announcer = new Announcer(element("live", HTMLParagraphElement));
     const toast = makeToast(announcer);

@@ -1,12 +1,21 @@
 /**
  * Where am I? A map of the cells around, seen from above: of the storey where one is, and elsewhere of the ground below; with one's own
- * place and direction and where other people are. A click or the Enter key goes to the place that is pointed at. It is framed to the world until one zooms. Cells are learnt a
+ * place and direction and where other people are. A click or the Enter key goes to the place that is pointed at. It is framed to what is built until one zooms. Cells are learnt a
  * chunk at a time, nearest first.
  */
 import { type Bounds, length, subtract, type Vec3 } from "../core/basics/geometry.ts";
 import type { CellEntry } from "../core/documents/documents.ts";
 import { cellOnMap, type FloorPlan, floorPlan, MapFrame, type Spot } from "../core/movement/floorplan.ts";
-import { firstReach, groundOf, type ReachRange, reachRange, scaleBar, withinReach } from "../core/movement/mapreach.ts";
+import {
+  builtAround,
+  builtOf,
+  firstReach,
+  groundOf,
+  type ReachRange,
+  reachRange,
+  scaleBar,
+  withinReach,
+} from "../core/movement/mapreach.ts";
 import type { Announcer } from "./announcer.ts";
 import { make } from "./dom.ts";
 import { Disclosure } from "./focus.ts";
@@ -48,6 +57,7 @@ export class MapPanel {
   private readonly zoomOut = zoomButton("Zoom out", "−", () => this.zoom(ZOOM_STEP));
   private readonly disclosure: Disclosure;
   private readonly ground: Bounds;
+  private readonly built: Bounds;
   private readonly range: ReachRange;
   private reach_m: number;
   /** Whether the person has chosen how much to see. */
@@ -62,7 +72,9 @@ export class MapPanel {
     private readonly announcer: Pick<Announcer, "say">,
     private readonly toggled: (open: boolean) => void,
   ) {
-    this.ground = groundOf(visit.explorer.scene.manifest);
+    const { manifest } = visit.explorer.scene;
+    this.ground = groundOf(manifest);
+    this.built = builtOf(manifest, visit.framed);
     this.range = reachRange(this.ground, visit.walker.size);
     this.reach_m = this.range.most_m;
     const zoom = make("div", { class: "zoom" }, this.zoomIn, this.zoomOut);
@@ -155,8 +167,14 @@ export class MapPanel {
   /** Shows what suits the world and the place. */
   private fit(): void {
     const { walker, standpoint } = this.visit;
-    if (!this.isZoomed) this.reach_m = firstReach(this.range, this.plan.storey, standpoint.position, walker.size);
+    const { storey } = this.plan;
+    if (!this.isZoomed) this.reach_m = firstReach(this.range, this.matters, storey, standpoint.position, walker.size);
     this.draw();
+  }
+
+  /** What the map is about. */
+  private get matters(): Bounds {
+    return builtAround(this.built, this.visit.standpoint.position, this.ground);
   }
 
   /** What lies around and below where one stands, as far as it is known. */
@@ -177,7 +195,7 @@ export class MapPanel {
     if (!pen || size_px === 0) return;
     const { explorer } = this.visit;
     const { position, yaw } = this.visit.standpoint;
-    const frame = new MapFrame(position, this.ground, size_px, size_px, this.reach_m);
+    const frame = new MapFrame(position, this.ground, size_px, size_px, this.reach_m, this.matters);
     this.frame = frame;
     this.describe(frame);
     if (this.canvas.width !== SHARPNESS * size_px) this.canvas.width = this.canvas.height = SHARPNESS * size_px;

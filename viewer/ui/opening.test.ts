@@ -4,7 +4,7 @@ import { Tree } from "../core/fetch/tree.ts";
 import { publish } from "../test/fixture.ts";
 import { type ServerOptions, serveFiles } from "../test/serve.ts";
 import { openScene } from "./opening.ts";
-import { NoSuchScene } from "./problem.ts";
+import { explain, NoSuchScene } from "./problem.ts";
 
 const LIST = "/v1/scenes/index.json";
 
@@ -62,6 +62,14 @@ it("waits for all that can be done without together no longer than for one of it
   const { frame, isRoofed, scene } = await soon(open("?scene=rooms", { answer, answerAfter_ms }));
   expect([frame, isRoofed]).toEqual([scene.manifest.bounds, false]);
   expect([...asked.chunks]).toEqual(["objec", "cells"]);
+});
+
+it("what a pointer names and is not there is not taken for a scene that is not there", async () => {
+  const isManifest = (bytes: Uint8Array) => textOf(bytes).includes('"guarantee"');
+  const answer = (_: string, bytes: Uint8Array) => (isManifest(bytes) ? new Response("", { status: 404 }) : undefined);
+  const error = await soon(open("?scene=rooms", { answer })).catch((it) => it);
+  const { text } = explain(error, { host: "host", isElsewhere: false });
+  expect(text).toMatch(/^On host, the pointer of `rooms` names .*: a cache on the way holds an old pointer/);
 });
 
 it.each(["../x", "tower"])("says soon that %j is not there although the list of all is silent", async (name) => {

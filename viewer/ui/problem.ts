@@ -4,6 +4,7 @@
  */
 import { IncompleteMapError } from "../core/atlas/lostpages.ts";
 import { IncompleteIndexError } from "../core/atlas/objects.ts";
+import { StalePointerError } from "../core/atlas/published.ts";
 import { DocumentError } from "../core/basics/json.ts";
 import { reasonOf } from "../core/basics/reason.ts";
 import { CellRecordError } from "../core/documents/cellrecord.ts";
@@ -157,6 +158,10 @@ function explainInFull(error: unknown, server: Server): Explanation {
   if (error instanceof FetchError && error.kind === "broken") {
     const text = `${host} answers, but some of what comes from there is cut or damaged on the way, and is missing here. It is asked for again now and then; if that goes on, something between this page and the server spoils what it sends.`;
     return { title: "Something arrives damaged", text };
+  }
+  if (error instanceof StalePointerError) {
+    const text = `On ${host}, ${error.message}. Try again in a while; if that goes on, whoever runs the server can publish the scene again.`;
+    return { title: "Part of what was published is missing", text };
   }
   if (error instanceof FetchError && error.kind === "status") {
     return { title: "Something is missing", text: `${host} does not have what this page asked for: ${error.message}.` };

@@ -20,6 +20,7 @@ const stage = {
   aim: () => {},
   corners: () => [],
   cutAbove: () => {},
+  lookBeside: vi.fn(),
   eye: (position: Vec3) => ({ position, viewAngle_rad: 1, height_px: 720 }),
   cast: () => false,
   recast: () => {},
@@ -86,6 +87,16 @@ it("links carry the place that one stands at, also where the view is frozen befo
   visit.close();
 });
 
+it("who looks at a frozen view looks beside what covers the picture, until it is over", async () => {
+  const { visit } = await visitAt(STOOD);
+  const covered = () => ({ right_px: 372, bottom_px: 0 });
+  visit.freeze(covered);
+  expect(stage.lookBeside).toHaveBeenLastCalledWith(covered);
+  visit.thaw();
+  expect(stage.lookBeside).toHaveBeenLastCalledWith();
+  visit.close();
+});
+
 it("links carry the place that one comes to and freezes between two frames", async () => {
   const { visit, written, frame } = await visitAt(STOOD);
   visit.freeze();
@@ -108,6 +119,16 @@ it("a link says whether one flies there, and is judged once it is known what is 
   expect(strayed).toEqual(["outside"]);
   visit.start();
   expect([visit.walker.mode, visit.walker.position]).toEqual(["walk", [1.5, 1.6, 3]]);
+  visit.close();
+});
+
+it("a link whose place cannot be read says so and leads nowhere, and one that names none says nothing", async () => {
+  const { visit, strayed } = await visitAt(STOOD);
+  expect([visit.followLink("#p=1,NaN,2"), strayed]).toEqual([false, ["unreadable"]]);
+  expect([visit.followLink("#rev=abc"), strayed.length]).toEqual([false, 1]);
+  expect(visit.walker.position).toEqual(STOOD.position);
+  expect([visit.followLink("#p=2,1.6,3"), strayed.length]).toEqual([true, 1]);
+  expect(visit.walker.position).toEqual([2, 1.6, 3]);
   visit.close();
 });
 

@@ -18,7 +18,7 @@ import {
 import type { FileRef, Viewpoint } from "../core/documents/documents.ts";
 import type { PlacedObject } from "../core/documents/placedobject.ts";
 import { Explorer } from "../core/explorer/explorer.ts";
-import { anglesOf, type Mode, type Pose } from "../core/movement/address.ts";
+import { anglesOf, isPoseBroken, type Mode, type Pose, readPose } from "../core/movement/address.ts";
 import type { Astray } from "../core/movement/astray.ts";
 import { clearance_m } from "../core/movement/clearance.ts";
 import type { Footing } from "../core/movement/footing.ts";
@@ -33,7 +33,7 @@ import type { QualityHistory } from "../core/strategy/quality.ts";
 import type { Eye } from "../core/strategy/sight.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
-import type { Matrix4, Object3D, Painting, Stage } from "../three/stage.ts";
+import type { Covered, Matrix4, Object3D, Painting, Stage } from "../three/stage.ts";
 import type { Controls } from "./controls.ts";
 import { Errands } from "./errand.ts";
 import { Frames } from "./frames.ts";
@@ -218,6 +218,14 @@ export class Visit {
     this.linked = link;
   }
 
+  /** The same for its hash, which may be broken; answers whether it names a place. */
+  followLink(hash: string): boolean {
+    const pose = readPose(hash);
+    if (pose) this.follow(pose);
+    else if (isPoseBroken(hash)) this.parts.astray?.("unreadable");
+    return pose !== undefined;
+  }
+
   turn(yaw: number, pitch: number): void {
     this.walker.look(this.walker.yaw + yaw, this.walker.pitch + pitch);
     this.moves();
@@ -237,12 +245,18 @@ export class Visit {
     else if (first) this.goTo(first, "walk");
   }
 
+  /** What of the world belongs into a picture of all of it. */
+  get framed(): Bounds {
+    return this.parts.frame ?? this.parts.scene.manifest.bounds;
+  }
+
   /** Where one begins high up, if one does. */
   private high(): Pose | undefined {
-    const { scene, stage, isRoofed, frame = scene.manifest.bounds } = this.parts;
+    const { framed } = this;
+    const { scene, stage, isRoofed } = this.parts;
     if (isRoofed) return undefined;
     const { width, height } = stage.size;
-    return overview(scene.manifest, frame, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
+    return overview(scene.manifest, framed, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
   }
 
   /** Whether one has not flown away from where one has begun high up. */
@@ -294,11 +308,11 @@ export class Visit {
     return this.frozenView !== undefined;
   }
 
-  /** From now on nothing follows the eye any more, and no wall holds it. */
-  freeze(): void {
+  /** From now on nothing follows the eye any more, and no wall holds it. A panel may cover some of the picture. */
+  freeze(covered?: () => Covered): void {
     this.errands.end();
     this.landing = undefined;
-    this.frozenView = new FrozenView(this.walker, this.parts.stage);
+    this.frozenView = new FrozenView(this.walker, this.parts.stage, covered);
     // One may have come here since the last frame.
     this.reporter.moved();
     this.moves();

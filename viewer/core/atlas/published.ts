@@ -24,7 +24,9 @@ import {
 } from "../documents/documents.ts";
 import { type Model, readModelChunk } from "../documents/modeldocument.ts";
 import { decodePopulation, type Member } from "../documents/population.ts";
+import type { Freshness } from "../fetch/download.ts";
 import type { FetchQueue } from "../fetch/fetchqueue.ts";
+import { FetchError } from "../fetch/transfer.ts";
 import type { Tree } from "../fetch/tree.ts";
 import type { FrameBudget } from "../pace/framebudget.ts";
 import { atOnce, type Pieces } from "../pace/pieces.ts";
@@ -38,18 +40,45 @@ export async function fetchSceneList(queue: FetchQueue, tree: Tree): Promise<Sce
   return readNamed(queue, tree.sceneList(), "the list of scenes", readSceneList);
 }
 
+/** What the pointer of a scene names is gone, also past all caches that can be passed. */
+export class StalePointerError extends Error {
+  override readonly name = "StalePointerError";
+
+  constructor(scene: string, path: string, cause: unknown) {
+    super(
+      `the pointer of \`${scene}\` names ${path}, which is not there: a cache on the way holds an old pointer, or the tree was copied in part`,
+      { cause },
+    );
+  }
+}
+
 /**
  * A document that has a name instead of a hash. What cannot be read may be a damaged copy, or come from somebody on the way who
  * answers for the server, such as the page where one signs in to a network: so it is asked for once more.
  */
-async function readNamed<T>(queue: FetchQueue, url: string, reason: string, read: (json: Json) => T): Promise<T> {
-  const ask = async () => read(jsonOf(await queue.request(url, PRIORITY.document, { fresh: true, reason }), reason));
+async function readNamed<T>(
+  queue: FetchQueue,
+  url: string,
+  reason: string,
+  read: (json: Json) => T,
+  fresh: Freshness = "checked",
+): Promise<T> {
+  const ask = async (how: Freshness) =>
+    read(jsonOf(await queue.request(url, PRIORITY.document, { fresh: how, reason }), reason));
   try {
-    return await ask();
+    return await ask(fresh);
   } catch (error) {
     if (!(error instanceof DocumentError)) throw error;
-    return ask();
+    return ask("past caches");
   }
+}
+
+const isGone = (error: unknown) => error instanceof FetchError && (error.status === 404 || error.status === 410);
+
+/** The pointer of a scene as the server has it, past all caches. */
+function pointerAnew(queue: FetchQueue, tree: Tree, scene: string): Promise<Pointer> {
+  const reason = `the pointer of ${scene}, since something is missing`;
+  return readNamed(queue, tree.pointer(scene), reason, readPointer, "past caches");
 }
 
 /** One immutable revision of a scene. */
@@ -65,21 +94,26 @@ export class PublishedScene {
   ) {}
 
   static async open(queue: FetchQueue, tree: Tree, scene: string): Promise<PublishedScene> {
-    const pointer = await readNamed(queue, tree.pointer(scene), `the pointer of ${scene}`, readPointer);
     const reason = `the manifest of ${scene}`;
-    const bytes = await queue.request(tree.resolve(pointer.manifest), PRIORITY.document, { reason });
+    const manifestOf = ({ manifest }: Pointer) =>
+      queue.request(tree.resolve(manifest), PRIORITY.document, { reason }).catch((error) => {
+        throw isGone(error) ? new StalePointerError(scene, manifest, error) : error;
+      });
+    let pointer = await readNamed(queue, tree.pointer(scene), `the pointer of ${scene}`, readPointer);
+    const bytes = await manifestOf(pointer).catch(async (error) => {
+      if (!(error instanceof StalePointerError)) throw error;
+      // The pointer may have been older than what was cleaned up since, as a copy in a cache is.
+      const newer = await pointerAnew(queue, tree, scene);
+      if (newer.manifest === pointer.manifest) throw error;
+      pointer = newer;
+      return manifestOf(newer);
+    });
     return new PublishedScene(queue, tree, pointer, readManifest(jsonOf(bytes, reason)));
   }
 
   /** What the pointer of the scene says now, as the server has it. */
   latest(): Promise<Pointer> {
-    const { scene } = this.pointer;
-    return readNamed(
-      this.queue,
-      this.tree.pointer(scene),
-      `the pointer of ${scene}, since something is missing`,
-      readPointer,
-    );
+    return pointerAnew(this.queue, this.tree, this.pointer.scene);
   }
 
   /** From now on files are asked for, and documents decoded, when a frame has time for it, before anything else that waits for that. */

@@ -85,7 +85,7 @@ export class Carrier {
   async bring(download: Download, hooks: Hooks): Promise<ArrayBuffer> {
     const { url, controller, fresh } = download;
     let isDamaged = false;
-    let pastCache = false;
+    let pastCache = fresh === "past caches";
     for (; ; download.attempt += 1) {
       const { attempt } = download;
       this.tally.requests += 1;

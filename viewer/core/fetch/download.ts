@@ -7,10 +7,14 @@ import type { RequestTrace } from "./requestlog.ts";
 import { type Part, PartError, Slices } from "./slices.ts";
 import type { IsSound } from "./verify.ts";
 
+/** Where from something must come: from caches that have asked whether it is still so, or past all that can be passed. */
+export type Freshness = "checked" | "past caches";
+
 /** What was asked for. */
 export interface Wish {
   readonly url: string;
-  readonly fresh: boolean;
+  /** Unless given, from any cache. */
+  readonly fresh: Freshness | undefined;
   /** How large it is said to be. */
   readonly bytes: number | undefined;
   /** Which of them all was asked for earlier. */
@@ -20,7 +24,7 @@ export interface Wish {
 
 export class Download {
   readonly url: string;
-  readonly fresh: boolean;
+  readonly fresh: Freshness | undefined;
   readonly bytes: number | undefined;
   readonly order: number;
   readonly trace: RequestTrace | undefined;

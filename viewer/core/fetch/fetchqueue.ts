@@ -12,7 +12,7 @@ import { PRIORITY, purposeOf } from "../strategy/priority.ts";
 import { BackOff } from "./backoff.ts";
 import { Breaker, type BreakerEvents } from "./breaker.ts";
 import { Carrier, cancelled, type FetchTally, type Hooks, Yielded } from "./carrier.ts";
-import { Download } from "./download.ts";
+import { Download, type Freshness } from "./download.ts";
 import { LineMeter, type Meter } from "./linemeter.ts";
 import type { RequestLog } from "./requestlog.ts";
 import { type Silence, Silences } from "./silences.ts";
@@ -45,8 +45,8 @@ export interface FetchQueueOptions {
 }
 
 export interface Asked {
-  /** Asks the server whether a cached copy is still current. */
-  readonly fresh?: boolean;
+  /** Whether a cached copy may do only once the server was asked whether it is still current, or not at all. */
+  readonly fresh?: Freshness;
   /** Why it is wanted, for the log. */
   readonly reason?: string;
   /** How large it is said to be; what is small may come together with others. */
@@ -175,7 +175,7 @@ export class FetchQueue {
     return this.running.get(url)?.came_bytes ?? 0;
   }
 
-  private ask(url: string, priority: number, { fresh = false, reason = "", bytes }: Asked): Download {
+  private ask(url: string, priority: number, { fresh, reason = "", bytes }: Asked): Download {
     const known = this.waiting.get(url) ?? this.running.get(url);
     if (known) {
       known.priority = Math.min(known.priority, priority);

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { readPose, readRevision, treeBase, withoutRevision, writePose } from "./address.ts";
+import { isPoseBroken, readPose, readRevision, treeBase, withoutRevision, writePose } from "./address.ts";
 
 const POSE = { position: [1, 1.5, -2], yaw: Math.PI / 2, pitch: 0 } as const;
 
@@ -27,4 +27,12 @@ it("what is no web address is no base of a tree", () => {
   expect(treeBase("https://host/sub/?base=../other/")).toBe("https://host/other/");
   expect(() => treeBase("https://host/?base=http://%5B")).toThrow("is not a web address");
   expect(() => treeBase("https://host/?base=ftp://x/")).toThrow("is not a web address");
+});
+
+it.each(["#p=abc", "#p=1,NaN,2", "#p=1,2", "#p=1,2,3,4", "#p=", "#p=1,2,3&yaw=north"])("%s is no pose", (hash) => {
+  expect([readPose(hash), isPoseBroken(hash)]).toEqual([undefined, true]);
+});
+
+it.each(["", "#", "#rev=abc", "#p=1,2,3", "#p=1,2,3&yaw=90&mode=fly"])("nothing is wrong with %j", (hash) => {
+  expect(isPoseBroken(hash)).toBe(false);
 });

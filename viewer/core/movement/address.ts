@@ -49,6 +49,11 @@ export function readPose(hash: string): Pose | undefined {
   return [x, y, z, yaw, pitch].every(Number.isFinite) ? { position: [x, y, z], yaw, pitch, mode } : undefined;
 }
 
+/** Whether a hash says of a pose what makes no sense. */
+export function isPoseBroken(hash: string): boolean {
+  return new URLSearchParams(hash.replace(/^#/, "")).has("p") && readPose(hash) === undefined;
+}
+
 /** Yaw and pitch of a unit quaternion x, y, z, w whose identity looks along −Z. */
 export function anglesOf(orientation: readonly number[]): { yaw: number; pitch: number } {
   const [x = 0, y = 0, z = 0, w = 1] = orientation;

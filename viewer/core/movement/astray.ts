@@ -3,8 +3,8 @@ import { type Convex, distanceToCell } from "../basics/convex.ts";
 import { type Bounds, diagonal_m, distanceToBounds } from "../basics/geometry.ts";
 import type { Pose } from "./address.ts";
 
-/** Out of the world, or where nobody can stand, as inside of a wall. */
-export type Astray = "outside" | "walled";
+/** Out of the world, where nobody can stand, as inside of a wall, or to what is no place. */
+export type Astray = "outside" | "walled" | "unreadable";
 
 /** Who flies further away than so many diagonals of the world sees hardly anything of it. */
 const FAR_DIAGONALS = 4;

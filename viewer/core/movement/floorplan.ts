@@ -19,24 +19,35 @@ export class MapFrame {
   private readonly west: number;
   private readonly north: number;
 
-  /** Shows the surroundings of the eye, but nothing beyond the ground where there is enough of that. */
+  /**
+   * Shows the surroundings of the eye, but nothing beyond the ground where there is enough of that, nor beyond what matters of it where
+   * there is enough of that; where there is not, all that matters is in the middle.
+   */
   constructor(
     private readonly eye: Vec3,
     ground: Bounds,
     private readonly width_px: number,
     private readonly height_px: number,
     reach_m: number,
+    matters = ground,
   ) {
     this.px_per_m = Math.min(width_px, height_px) / (2 * reach_m);
     this.width_m = width_px / this.px_per_m;
-    this.west = this.edge(ground, 0, width_px);
-    this.north = this.edge(ground, 2, height_px);
+    this.west = this.edge([matters, ground], 0, width_px);
+    this.north = this.edge([matters, ground], 2, height_px);
   }
 
-  private edge({ min, max }: Bounds, axis: 0 | 2, size_px: number): number {
+  /** Within each of these boxes, the last of which counts most. */
+  private edge(boxes: readonly Bounds[], axis: 0 | 2, size_px: number): number {
     const size_m = size_px / this.px_per_m;
-    if (size_m >= max[axis] - min[axis]) return (min[axis] + max[axis] - size_m) / 2;
-    return Math.min(max[axis] - size_m, Math.max(min[axis], this.eye[axis] - size_m / 2));
+    let edge_m = this.eye[axis] - size_m / 2;
+    for (const { min, max } of boxes) {
+      const isEnough = size_m < max[axis] - min[axis];
+      edge_m = isEnough
+        ? Math.min(max[axis] - size_m, Math.max(min[axis], edge_m))
+        : (min[axis] + max[axis] - size_m) / 2;
+    }
+    return edge_m;
   }
 
   /** The spot on the map that is nearest to one, some pixels from its edge. */

@@ -1,8 +1,8 @@
 /**
- * How much of a world does a map show? At first all of a world of few cells, else some cells around the eye; at most the whole
- * world, and at least a small cell. A map's reach goes from its middle to its edge.
+ * How much of a world does a map show? At first all that is built in a world of few cells, and the eye, else some cells around the eye; at
+ * most the whole world, with air and ground far around, and at least a small cell. A map's reach goes from its middle to its edge.
  */
-import type { Bounds, Vec3 } from "../basics/geometry.ts";
+import { type Bounds, boundsOf, nearestInBounds, type Vec3 } from "../basics/geometry.ts";
 import type { CellEntry, Manifest } from "../documents/documents.ts";
 
 /** Between these a map can be zoomed. */
@@ -28,7 +28,25 @@ const LEAST_ZOOM = 4;
 
 /** What can be on a map of a world: its objects and cells, with some room around them. */
 export function groundOf({ bounds, cells }: Pick<Manifest, "bounds" | "cells">): Bounds {
-  const all = [bounds, ...cells.entries.map((entry) => entry.bounds)];
+  return withMargin([bounds, ...cells.entries.map((entry) => entry.bounds)]);
+}
+
+/** Where cells and objects are: neither air far around a house, nor ground that reaches to the horizon around its rooms. */
+export function builtOf({ cells }: Pick<Manifest, "cells">, objects: Bounds): Bounds {
+  if (cells.entries.length === 0) return objects;
+  const rooms = boundsOf(cells.entries.flatMap(({ bounds: { min, max } }) => [min, max]));
+  const [min, max] = [nearestInBounds(objects, rooms.min), nearestInBounds(objects, rooms.max)];
+  // Where they are apart both of them matter.
+  return min[0] < max[0] && min[2] < max[2] ? { min, max } : boundsOf([rooms.min, rooms.max, objects.min, objects.max]);
+}
+
+/** What matters of some ground: what is built there, and the eye, as far as that is on it. */
+export function builtAround(built: Bounds, eye: Vec3, ground: Bounds): Bounds {
+  const there = nearestInBounds(ground, eye);
+  return withMargin([built, { min: there, max: there }]);
+}
+
+function withMargin(all: readonly Bounds[]): Bounds {
   const low = (axis: 0 | 1 | 2) => Math.min(...all.map(({ min }) => min[axis]));
   const high = (axis: 0 | 1 | 2) => Math.max(...all.map(({ max }) => max[axis]));
   // Of a world that is a point a metre is shown.
@@ -40,17 +58,27 @@ export function groundOf({ bounds, cells }: Pick<Manifest, "bounds" | "cells">):
 }
 
 /** How far a map of some ground reaches, for one who has a share of a person's size. */
-export function reachRange({ min, max }: Bounds, size: number): ReachRange {
-  const most_m = Math.max(max[0] - min[0], max[2] - min[2]) / 2;
+export function reachRange(ground: Bounds, size: number): ReachRange {
+  const most_m = reachOf(ground);
   return { least_m: Math.min(most_m / LEAST_ZOOM, SMALL_CELL_M * size), most_m };
 }
 
-/** Of a storey with few cells all of the world is shown first, else as far as the cells around the eye. */
-export function firstReach(range: ReachRange, storey: readonly CellEntry[], eye: Vec3, size: number): number {
+function reachOf({ min, max }: Bounds): number {
+  return Math.max(max[0] - min[0], max[2] - min[2]) / 2;
+}
+
+/** Of a storey with few cells all that matters is shown first, else as far as the cells around the eye. */
+export function firstReach(
+  range: ReachRange,
+  matters: Bounds,
+  storey: readonly CellEntry[],
+  eye: Vec3,
+  size: number,
+): number {
   const aside_m = ({ bounds: { min, max } }: CellEntry, axis: 0 | 2) =>
     Math.abs((min[axis] + max[axis]) / 2 - eye[axis]);
   const distances_m = storey.map((cell) => Math.max(aside_m(cell, 0), aside_m(cell, 2))).sort((a, b) => a - b);
-  const around_m = distances_m[CELLS_AROUND] ?? range.most_m;
+  const around_m = Math.min(distances_m[CELLS_AROUND] ?? Infinity, reachOf(matters));
   return withinReach(range, Math.max(around_m, FIRST_M * size));
 }
 

@@ -8,6 +8,7 @@ import { reasonOf } from "../../core/basics/reason.ts";
 import type { PlacedObject } from "../../core/documents/placedobject.ts";
 import { PRIORITY } from "../../core/strategy/priority.ts";
 import { boxes, hull, type Ink, outlined, pyramid } from "../../three/overlay.ts";
+import type { Covered } from "../../three/stage.ts";
 import { make, write } from "../dom.ts";
 import { writeBytes } from "../format.ts";
 import { isTouched } from "../touch.ts";
@@ -39,7 +40,11 @@ export class Layers implements Section {
   private unknown = "";
   private drawn = "";
 
-  constructor(private readonly visit: Visit) {
+  /** `covered` says how much of the picture the inspector covers. */
+  constructor(
+    private readonly visit: Visit,
+    private readonly covered: () => Covered,
+  ) {
     const layer = (name: keyof Layers["shown"], label: string, colours: readonly number[]) =>
       toggle(label, this.shown[name], (on) => this.choose(name, on), colours.map(css));
     this.freeze.onclick = () => this.toggleFreeze();
@@ -59,7 +64,7 @@ export class Layers implements Section {
     const { visit } = this;
     if (visit.frozen) visit.thaw();
     else {
-      visit.freeze();
+      visit.freeze(this.covered);
       void visit.cutAway(this.shown.cut);
       void this.findHidden();
     }

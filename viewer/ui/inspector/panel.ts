@@ -3,6 +3,7 @@ import type { PlacedObject } from "../../core/documents/placedobject.ts";
 import type { RequestLog } from "../../core/fetch/requestlog.ts";
 import type { Throttle } from "../../core/fetch/throttle.ts";
 import type { Announcer } from "../announcer.ts";
+import { coveredBy } from "../beside.ts";
 import type { LiveCompany } from "../company.ts";
 import { make } from "../dom.ts";
 import { Disclosure } from "../focus.ts";
@@ -48,7 +49,9 @@ export class InspectorPanel {
 
   constructor(private readonly parts: PanelParts) {
     const { visit, company, recording, announcer, log, throttle } = parts;
-    this.layers = new Layers(visit);
+    this.layers = new Layers(visit, () =>
+      coveredBy(this.element.getBoundingClientRect(), document.documentElement.getBoundingClientRect()),
+    );
     this.ladder = new Ladder(visit, announcer);
     this.people = new People(visit, company);
     this.sections = [

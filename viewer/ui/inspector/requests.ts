@@ -7,6 +7,7 @@ import { LINES, type Throttle } from "../../core/fetch/throttle.ts";
 import type { Purpose } from "../../core/strategy/priority.ts";
 import { make, write } from "../dom.ts";
 import { writeBytes } from "../format.ts";
+import { chooseLine } from "./line.ts";
 import { type Section, section } from "./section.ts";
 
 /** So many are listed, of all that the log keeps. */
@@ -86,11 +87,11 @@ export class Requests implements Section {
 
   private lineChoice(): HTMLElement {
     const select = make("select", {}, new Option("as it is", ""), ...LINES.map(({ name }) => new Option(name, name)));
-    select.onchange = () => {
-      this.throttle.line = LINES.find(({ name }) => name === select.value);
-    };
+    select.value = this.throttle.line?.name ?? "";
+    select.onchange = () => chooseLine(this.throttle, select.value);
     const choice = make("label", { class: "line" }, "Pretend that the line is ", select);
-    return make("div", {}, choice, make("p", { class: "note" }, "What this device has kept does not travel."));
+    const note = "It stays so in this tab, also in other scenes. What this device has kept does not travel.";
+    return make("div", {}, choice, make("p", { class: "note" }, note));
   }
 }
 
