@@ -97,6 +97,7 @@ async function pretendSlowLine(page) {
   const rate = (8000 * (to - from)) / (to_ms - from_ms);
   // Bytes are counted in pieces, and cached ones before they are slowed down.
   insist(rate < 4 * 56_000, `${Math.round(rate / 1000)} kb/s arrive on a line of 56`);
+  await page.getByLabel("Pretend that the line is").selectOption("");
   await settle(page, "the other place");
   await keepsSlowLine(page);
 }

@@ -3,7 +3,20 @@
  * another, nor the stick, nor leaves the page, that each can be closed or folded, and that every control has a name and can be hit.
  * Environment: see `browser.mjs`.
  */
-import { addressOf, atRest, frames, gone, insist, picture, settle, tell, timeout, until, url } from "./browser.mjs";
+import {
+  addressOf,
+  atRest,
+  frames,
+  gone,
+  insist,
+  picture,
+  settle,
+  standing,
+  tell,
+  timeout,
+  until,
+  url,
+} from "./browser.mjs";
 
 const phone = (width, height) => ({
   viewport: { width, height },
@@ -232,6 +245,29 @@ async function closeFromItsEnd(name, panel, close) {
   await gone(panel, `${name}: a panel does not close from its end`);
 }
 
+/** A message that is longer than its place is read to its end by keys, which do not walk meanwhile. */
+async function longMessage(page) {
+  await page.goto(url);
+  await settle(page, "the first cell");
+  const from = (await standing(page)).position;
+  await page.evaluate((text) => {
+    document.querySelector("#toast").hidden = false;
+    document.querySelector("#toast-text").textContent = text;
+  }, "There is much to say. ".repeat(40));
+  const text = page.locator("#toast-text[tabindex='0']");
+  await text.waitFor({ timeout });
+  await page.locator("#toast-retry").focus();
+  await page.keyboard.press("Shift+Tab");
+  await until(page, "a long message is not reached by keys", () => document.activeElement.id === "toast-text");
+  await page.keyboard.press("End");
+  await page.keyboard.press("ArrowDown");
+  const isRead = (it) => it.scrollTop > 0 && it.scrollTop + it.clientHeight >= it.scrollHeight - 1;
+  await page.waitForFunction(isRead, await text.elementHandle(), { timeout });
+  await page.screenshot({ path: picture("layout-long-message") });
+  const { position } = await standing(page);
+  insist(String(position) === String(from), "keys that scroll a message walk, too");
+}
+
 /** Where the system chooses the colours, one's own place stands on the map in the ink of its text. */
 async function inForcedColours(page) {
   await page.goto(url);
@@ -266,6 +302,9 @@ await tell("layout", async (open) => {
     await problem(lost, name, options.hasTouch);
     await lost.close();
   }
+  const long = await open({ viewport: { width: 520, height: 360 } });
+  await longMessage(long);
+  await long.close();
   const forced = await open({ viewport: { width: 1280, height: 800 }, forcedColors: "active" });
   await inForcedColours(forced);
   await forced.close();

@@ -2,6 +2,7 @@
 import { Announcer } from "../ui/announcer.ts";
 import { make } from "../ui/dom.ts";
 import type { DoorHintParts } from "../ui/doorhint.ts";
+import { scrollByKeys } from "../ui/scrolling.ts";
 import { Caption } from "./caption.ts";
 import { Discretion } from "./discretion.ts";
 import { STYLE } from "./style.ts";
@@ -36,6 +37,7 @@ export function furnish(element: HTMLElement, ready: () => void): Furniture {
   const announcer = new Discretion(new Announcer(live), () => element.matches(":focus-within"));
   canvas.addEventListener("focus", () => announcer.comes());
   const line = make("p");
+  scrollByKeys(line);
   const way = make("button", { type: "button", hidden: true });
   const root = shadowOf(element);
   const goes = () => {

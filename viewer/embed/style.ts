@@ -37,10 +37,13 @@ canvas:focus-visible {
   position: absolute;
   left: 12px;
   right: 12px;
+  top: 12px;
   bottom: 12px;
   display: flex;
   flex-wrap: wrap;
   justify-content: center;
+  align-content: flex-end;
+  align-items: flex-end;
   gap: 8px;
   pointer-events: none;
 }
@@ -66,6 +69,15 @@ p {
   pointer-events: auto;
   border-radius: 10px;
   background: rgb(17 21 27 / 88%);
+}
+.caption p {
+  max-height: 70%;
+  overflow: auto;
+  scrollbar-width: thin;
+  scrollbar-color: #a5afbc transparent;
+}
+.caption p:focus-visible {
+  outline: 2px solid #e8b96a;
 }
 p:empty {
   display: none;

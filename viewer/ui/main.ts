@@ -42,6 +42,7 @@ import {
 import { Recording } from "./recording.ts";
 import { Reopening } from "./reopening.ts";
 import { labelled } from "./scenelabels.ts";
+import { scrollByKeys } from "./scrolling.ts";
 import { Toast } from "./toast.ts";
 import { Visit, type VisitParts } from "./visit.ts";
 
@@ -192,6 +193,7 @@ function visitOf(stage: Stage, { scene, isRoofed, frame }: Opened, { announcer, 
 }
 
 function makeToast(announcer: Announcer): Toast {
+  scrollByKeys(element("toast-text", HTMLSpanElement));
   return new Toast({
     announcer,
     gone: keepFocus,
