@@ -53,6 +53,15 @@ struct Current {
     made: Arc<OnceLock<Duration>>,
 }
 
+/// Where a bar is drawn: on a terminal, if one is wanted.
+pub(crate) fn target(is_wanted: bool) -> ProgressDrawTarget {
+    if is_wanted && std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    }
+}
+
 impl BakeProgress {
     pub(crate) fn new(show: Show) -> Self {
         let (current, forecast) = (Arc::default(), Arc::default());
@@ -128,12 +137,8 @@ impl BakeProgress {
 impl Progress for BakeProgress {
     fn start(&self, stage: Stage, steps: u64) {
         self.end_current();
-        let target = if self.show == Show::Bars && std::io::stderr().is_terminal() {
-            ProgressDrawTarget::stderr()
-        } else {
-            ProgressDrawTarget::hidden()
-        };
-        let bar = ProgressBar::with_draw_target(Some(steps), target).with_message(stage.name());
+        let bar =
+            ProgressBar::with_draw_target(Some(steps), target(self.show == Show::Bars)).with_message(stage.name());
         let template = "{msg:>11} {bar:40.cyan/dim} {percent:>3} %  {elapsed}{left}";
         let (forecast, made) = (Arc::clone(&self.forecast), Arc::<OnceLock<Duration>>::default());
         let made_here = Arc::clone(&made);

@@ -1,14 +1,13 @@
 //! `belvedere publish SCENE --to DIR`: the static tree, in a folder for any web server or in a bucket.
 
-use std::io::IsTerminal;
-
 use belvedere_scene::SceneName;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{bytes, print, print_json};
 use crate::{
     page,
     place::PlaceArgs,
+    progress,
     publish::{data::DataFolder, target::Target, tree},
 };
 
@@ -49,13 +48,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
          say --although-private",
         args.scene
     );
-    let visible = !args.json && std::io::stderr().is_terminal();
-    let target = if visible {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(None, target);
+    let bar = ProgressBar::with_draw_target(None, progress::target(!args.json));
     bar.set_style(ProgressStyle::with_template(
         "    publish {bar:40.cyan/dim} {pos} of {len} blobs",
     )?);

@@ -23,7 +23,7 @@ mod telling;
 use std::{
     collections::{BTreeMap, btree_map::Entry},
     fs::File,
-    io::{BufReader, IsTerminal},
+    io::BufReader,
     path::PathBuf,
 };
 
@@ -34,7 +34,7 @@ use belvedere_live::{
 };
 use belvedere_scene::{Revision, SceneName};
 use belvedere_verify::{between::Between, blockade::Blockade};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
 
 use super::{
@@ -44,6 +44,7 @@ use super::{
 use crate::{
     live::{Block, Recording},
     place::PlaceArgs,
+    progress,
     publish::data::DataFolder,
 };
 use account::Account;
@@ -110,12 +111,7 @@ pub(super) async fn run(args: Args) -> anyhow::Result<()> {
 }
 
 fn progress(bytes: u64, wanted: bool) -> ProgressBar {
-    let target = if wanted && std::io::stderr().is_terminal() {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(Some(bytes), target);
+    let bar = ProgressBar::with_draw_target(Some(bytes), progress::target(wanted));
     let template = "     audit {bar:40.cyan/dim} {bytes} of {total_bytes}  {elapsed} of about {duration}  {msg}";
     bar.with_style(ProgressStyle::with_template(template).expect("the template is a constant"))
 }

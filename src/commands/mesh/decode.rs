@@ -58,7 +58,7 @@ pub(super) fn run(args: Args) -> anyhow::Result<()> {
     if let Some(seen) = seen {
         print(&seen)?;
     }
-    std::fs::write(&args.out, glb_of(&snapshot)).with_context(|| format!("cannot write {}", args.out.display()))?;
+    std::fs::write(&args.out, glb_of(snapshot)).with_context(|| format!("cannot write {}", args.out.display()))?;
     print(&format!(
         "{} of {}: {vertices} vertices, {triangles} triangles, in {}",
         bytes(wanted as u64),
@@ -143,7 +143,7 @@ fn triangles_of(snapshot: &Snapshot) -> usize {
 }
 
 /// The mesh as a file.
-fn glb_of(snapshot: &Snapshot) -> Vec<u8> {
+fn glb_of(snapshot: Snapshot) -> Vec<u8> {
     let material = |number| Material {
         gltf: json!({"name": format!("material {number}")}),
         see_through: false,
@@ -155,7 +155,7 @@ fn glb_of(snapshot: &Snapshot) -> Vec<u8> {
         ..SourceModel::default()
     };
     let mut scene = SourceScene {
-        materials: (0..snapshot.indices.len()).map(material).collect(),
+        materials: (0..numbers.len()).map(material).collect(),
         ..SourceScene::default()
     };
     // glTF has no empty mesh.

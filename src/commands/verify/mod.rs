@@ -5,7 +5,7 @@ pub(super) mod load;
 mod png;
 mod report;
 
-use std::{io::IsTerminal, path::PathBuf, time::Instant};
+use std::{path::PathBuf, time::Instant};
 
 use anyhow::Context;
 use belvedere_scene::{CellId, SceneName};
@@ -17,10 +17,10 @@ use belvedere_verify::{
     scene::Scene,
 };
 use glam::DVec3;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{print, print_json};
-use crate::{place::PlaceArgs, publish::data::DataFolder};
+use crate::{place::PlaceArgs, progress, publish::data::DataFolder};
 use report::Report;
 
 /// Eyes in a cell when nobody says how many in all: one in each kind of place.
@@ -111,12 +111,7 @@ fn settings(args: &Args, cells: usize) -> Settings {
 }
 
 fn progress(wanted: bool) -> ProgressBar {
-    let target = if wanted && std::io::stderr().is_terminal() {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(None, target);
+    let bar = ProgressBar::with_draw_target(None, progress::target(wanted));
     let template = "     verify {bar:40.cyan/dim} {pos} of {len} eyes  {elapsed} of about {duration}";
     bar.with_style(ProgressStyle::with_template(template).expect("the template is a constant"))
 }

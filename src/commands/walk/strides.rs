@@ -1,12 +1,13 @@
 //! How far have visitors gone? A bar on a terminal, and elsewhere a line on standard error now and then, since a walk may take long.
 
 use std::{
-    io::IsTerminal as _,
     sync::Mutex,
     time::{Duration, Instant},
 };
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::progress;
 
 /// Between two lines.
 const PAUSE: Duration = Duration::from_secs(10);
@@ -20,11 +21,8 @@ pub(super) struct Strides {
 
 impl Strides {
     pub(super) fn new(frames: u64, json: bool) -> anyhow::Result<Self> {
-        let has_bar = !json && std::io::stderr().is_terminal();
-        let target = match has_bar {
-            true => ProgressDrawTarget::stderr(),
-            false => ProgressDrawTarget::hidden(),
-        };
+        let target = progress::target(!json);
+        let has_bar = !target.is_hidden();
         let bar = ProgressBar::with_draw_target(Some(frames), target);
         bar.set_style(ProgressStyle::with_template(
             "    walk {bar:40.cyan/dim} {percent} % of {len} frames, {eta} left",

@@ -73,8 +73,6 @@ async function readNamed<T>(
   }
 }
 
-const isGone = (error: unknown) => error instanceof FetchError && (error.status === 404 || error.status === 410);
-
 /** The pointer of a scene as the server has it, past all caches. */
 function pointerAnew(queue: FetchQueue, tree: Tree, scene: string): Promise<Pointer> {
   const reason = `the pointer of ${scene}, since something is missing`;
@@ -97,7 +95,7 @@ export class PublishedScene {
     const reason = `the manifest of ${scene}`;
     const manifestOf = ({ manifest }: Pointer) =>
       queue.request(tree.resolve(manifest), PRIORITY.document, { reason }).catch((error) => {
-        throw isGone(error) ? new StalePointerError(scene, manifest, error) : error;
+        throw error instanceof FetchError && error.isGone ? new StalePointerError(scene, manifest, error) : error;
       });
     let pointer = await readNamed(queue, tree.pointer(scene), `the pointer of ${scene}`, readPointer);
     const bytes = await manifestOf(pointer).catch(async (error) => {

@@ -417,10 +417,10 @@ export class FetchQueue {
   /** A download that began at a mark was given up. */
   private tell(error: unknown, mark: number): void {
     if (!(error instanceof FetchError)) return;
-    const { kind, url, status } = error;
+    const { kind, url, isGone } = error;
     if (kind === "unreachable") this.breaker?.lost(url, mark);
     else if (kind === "broken") this.breaker?.broke(url);
-    else if (isImmutable(url) && (status === 404 || status === 410)) this.watcher?.missing();
+    else if (isImmutable(url) && isGone) this.watcher?.missing();
   }
 
   private settle(download: Download, bytes: ArrayBuffer, result: "done" | "kept"): void {

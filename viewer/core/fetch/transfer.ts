@@ -19,6 +19,11 @@ export class FetchError extends Error {
   ) {
     super(message);
   }
+
+  /** Whether the server says that there is nothing. */
+  get isGone(): boolean {
+    return this.status === 404 || this.status === 410;
+  }
 }
 
 /** Nothing came of a download for too long. */

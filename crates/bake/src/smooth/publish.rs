@@ -140,7 +140,7 @@ pub fn geometric_errors(
         }
         decoder.push(&bytes[pushed..end])?;
         pushed = end;
-        let drawn = drawn::primitives(&decoder.snapshot(), &materials);
+        let drawn = drawn::primitives(decoder.snapshot(), &materials);
         let tree = ShapeTree::of(&drawn);
         let distance = hausdorff_bound_of(&source, &tree, settings.error_limits);
         let looks = looks.as_ref().filter(|_| end < bytes.len());

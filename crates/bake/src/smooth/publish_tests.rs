@@ -161,7 +161,7 @@ fn rungs_of_a_flat_floor_keep_its_fields_or_say_that_they_do_not() {
     let mut decoder = Decoder::new(u64::MAX);
     let half = bytes.len() / 2;
     decoder.push(&bytes[..half]).unwrap();
-    let drawn = drawn::primitives(&decoder.snapshot(), &[Some(0), Some(1)]);
+    let drawn = drawn::primitives(decoder.snapshot(), &[Some(0), Some(1)]);
     let pictured = Default::default();
     let off = Looks::of(&model.primitives, &pictured)
         .unwrap()

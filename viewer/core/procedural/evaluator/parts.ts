@@ -207,7 +207,6 @@ export abstract class Parts extends Materials {
       this.hold(module, at, listedOf(value));
       given[call.slots[i] as number] = { value, place: { module, at } };
     });
-    const odd = this.oddOf(call.module, (slot) => given[slot]?.value);
     try {
       const made = this.instance(call.module, given, { module, at: call.at });
       this.stack.held = held;
@@ -219,8 +218,9 @@ export abstract class Parts extends Materials {
       this.placeKnown(scope, call.at, turtle, known.index);
     } catch (error) {
       // What is given out of a range is named already.
-      if (odd && error instanceof DcgError && error.kind === "of value") {
-        error.addGiven(givenInstead(odd.name, odd.isList, this.module(call.module).file));
+      if (error instanceof DcgError && error.kind === "of value") {
+        const odd = this.oddOf(call.module, (slot) => given[slot]?.value);
+        if (odd) error.addGiven(givenInstead(odd.name, odd.isList, this.module(call.module).file));
       }
       throw error;
     }

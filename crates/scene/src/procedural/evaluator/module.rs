@@ -44,7 +44,7 @@ impl<'p> Evaluator<'p> {
             let value = self.settings.parameters.get(&formal.name)?;
             Some((value.clone(), None))
         });
-        self.instance(0, given.collect(), None)
+        self.instance(0, &given.collect::<Vec<_>>(), None)
     }
 
     /// Whose globals the callee sees: those of the caller, or an imported file's with its defaults.
@@ -57,7 +57,7 @@ impl<'p> Evaluator<'p> {
             return Ok(instance);
         }
         let given = vec![None; self.program.modules[module].parameters.len()];
-        let (instance, _) = self.instance(module, given, Some((scope.module, call.at)))?;
+        let (instance, _) = self.instance(module, &given, Some((scope.module, call.at)))?;
         self.default_instances[module] = Some(instance);
         Ok(instance)
     }
@@ -71,17 +71,18 @@ impl<'p> Evaluator<'p> {
             self.hold((scope.module, argument.value.at), value.listed())?;
             given[slot] = Some((value, Some((scope.module, argument.value.at))));
         }
-        let program = self.program;
-        let odd = program.odd(module, |slot, _| given[slot].as_ref().map(|(value, _)| value));
-        let made = self.instance(module, given, Some((scope.module, call.at)));
+        let made = self.instance(module, &given, Some((scope.module, call.at)));
         let placed = made.and_then(|made| {
             self.held = held;
             self.place_instance((scope, call), turtle, (module, made), depth)
         });
         placed.map_err(|mut error| {
             // What is given out of a range is named already.
-            if let Some((name, is_list)) = odd.filter(|_| error.problem.is_of_value()) {
-                error.given = Some(given_instead(name, is_list, Some(&program.modules[module].file)));
+            if error.problem.is_of_value() {
+                let program = self.program;
+                let odd = program.odd(module, |slot, _| given[slot].as_ref().map(|(value, _)| value));
+                let told = |(name, is_list)| given_instead(name, is_list, Some(&program.modules[module].file));
+                error.given = odd.map(told).or(error.given.take());
             }
             error
         })
@@ -159,14 +160,14 @@ impl<'p> Evaluator<'p> {
     fn instance(
         &mut self,
         module: usize,
-        given: Vec<Option<Given>>,
+        given: &[Option<Given>],
         caller: Option<(usize, At)>,
     ) -> Outcome<(usize, u32)> {
         let file = &self.program.modules[module];
         let count = file.parameters.len() + file.globals.len();
         let instance = self.instances.len();
         let names = file.parameters.iter().map(|parameter| &parameter.formal.name);
-        let those_given = names.zip(&given).filter_map(|(name, given)| {
+        let those_given = names.zip(given).filter_map(|(name, given)| {
             let (value, _) = given.as_ref()?;
             Some((name.clone(), value.clone()))
         });
@@ -188,7 +189,7 @@ impl<'p> Evaluator<'p> {
         };
         for (slot, (parameter, given)) in file.parameters.iter().zip(given).enumerate() {
             let (value, place) = match (given, &parameter.formal.default) {
-                (Some(given), _) => given,
+                (Some(given), _) => given.clone(),
                 (None, Some(default)) => {
                     let value = self.written(&scope, default);
                     let value = value.map_err(|error| self.traced_to(caller, error))?;
