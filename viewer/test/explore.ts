@@ -121,6 +121,7 @@ export async function explore({
   shelf,
   request_bytes = HEADER_BYTES,
   bundles = false,
+  ranges = false,
   delay_ms = 0,
   answer = () => undefined,
   answerAfter_ms = () => 0,
@@ -131,7 +132,7 @@ export async function explore({
   const meter = { request_bytes, bytes_per_s: Number.POSITIVE_INFINITY, hasRoom: () => true, starts };
   const files = publish({ rooms: 6, ...options });
   spoil?.(files);
-  const { fetch, requests } = serveFiles(files, { bundles, delay_ms, answerAfter_ms, answer });
+  const { fetch, requests } = serveFiles(files, { bundles, ranges, delay_ms, answerAfter_ms, answer });
   const log = new RequestLog(() => 0);
   const digest = webCryptoDigest();
   const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, fetch, digest, shelf, meter, log, silent });

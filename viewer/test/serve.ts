@@ -4,6 +4,8 @@ import type { Files } from "./fixture.ts";
 export interface ServerOptions {
   /** Offers bundles, as a server does and a static tree does not. */
   readonly bundles?: boolean;
+  /** Answers ranges with that part, and not with all of the file. */
+  readonly ranges?: boolean;
   /** Every answer takes so long. */
   readonly delay_ms?: number;
   /** Begins to answer some paths only after a time. */
@@ -15,7 +17,13 @@ export interface ServerOptions {
 /** Answers requests from files below a base, and counts them. */
 export function serveFiles(
   files: Files,
-  { bundles = false, delay_ms = 0, answerAfter_ms = () => 0, answer = () => undefined }: ServerOptions = {},
+  {
+    bundles = false,
+    ranges = false,
+    delay_ms = 0,
+    answerAfter_ms = () => 0,
+    answer = () => undefined,
+  }: ServerOptions = {},
 ) {
   const base = "https://host/sub/";
   const requests: string[] = [];
@@ -30,9 +38,19 @@ export function serveFiles(
     const after_ms = answerAfter_ms(path, bytes);
     if (after_ms > 0) await new Promise((resolve) => setTimeout(resolve, after_ms));
     const own = answer(path, bytes);
-    return own instanceof Response ? own : new Response(own ?? (bytes as BodyInit), { headers });
+    if (own instanceof Response) return own;
+    const range = ranges ? new Headers(init.headers).get("Range") : null;
+    if (own === undefined && range) return partOf(bytes, range);
+    return new Response(own ?? (bytes as BodyInit), { headers });
   };
   return { fetch, requests };
+}
+
+/** What a server answers to a range, as in `bytes=0-9`. */
+export function partOf(bytes: Uint8Array, range: string): Response {
+  const [from = 0, last = 0] = (/^bytes=([0-9]+)-([0-9]+)$/.exec(range) ?? []).slice(1).map(Number);
+  const headers = { "Content-Range": `bytes ${from}-${last}/${bytes.length}` };
+  return new Response(bytes.slice(from, last + 1), { status: 206, headers });
 }
 
 /** Answers that begin and bring nothing before they are let. */

@@ -14,8 +14,9 @@ import type { FetchQueueOptions } from "./fetchqueue.ts";
 import type { Meter } from "./linemeter.ts";
 import { mayPass } from "./losses.ts";
 import { Patience } from "./patience.ts";
+import { Rungs, type Way } from "./rungs.ts";
 import type { Silence, Silences } from "./silences.ts";
-import { FetchError, pause, StallError, type TransferOptions, transfer } from "./transfer.ts";
+import { cancelled, FetchError, pause, type Receive, StallError, type TransferOptions, transfer } from "./transfer.ts";
 import { isImmutable, isRung, promisedHash, verify } from "./verify.ts";
 
 /** What went over the wire so far. */
@@ -37,7 +38,6 @@ const MOST_BUNDLED_BYTES = 1024 * 1024;
 
 const BROKEN = { kind: "broken", status: undefined } as const;
 
-type Receive = (piece: Uint8Array) => void;
 type Manner = Omit<TransferOptions, "fetch" | "quiet_ms" | "answered">;
 
 /** Who hears how one download does. */
@@ -61,6 +61,7 @@ export class Carrier {
   budget: FrameBudget | undefined;
   /** Who is told what was answered. */
   breaker: Breaker | undefined;
+  readonly rungs = new Rungs((download, hooks, way) => this.carry(download, hooks, way));
   private readonly patience: Patience;
   private offered = false;
   private refused = false;
@@ -82,7 +83,13 @@ export class Carrier {
   }
 
   /** Brings one download alone. Fails with {@link Yielded} where nothing comes for long of its first try and others need its place. */
-  async bring(download: Download, hooks: Hooks): Promise<ArrayBuffer> {
+  bring(download: Download, hooks: Hooks): Promise<ArrayBuffer> {
+    const { within } = download;
+    return within ? this.rungs.bring(download, within, hooks) : this.carry(download, hooks);
+  }
+
+  /** Brings what is at the address of a download, or what is there another way: a part of a file, or all of it where no parts can be had. */
+  private async carry(download: Download, hooks: Hooks, way?: Way): Promise<ArrayBuffer> {
     const { url, controller, fresh } = download;
     let isDamaged = false;
     let pastCache = fresh === "past caches";
@@ -92,17 +99,18 @@ export class Carrier {
       download.starts();
       try {
         const cache = pastCache ? "reload" : fresh ? "no-cache" : "default";
-        await this.race(download, cache, hooks, (piece) => {
+        await this.race(download, cache, hooks, way, (piece, isAll) => {
           this.silences.over(url);
           this.tally.bytes += piece.byteLength;
-          download.receives(piece);
+          download.receives(piece, isAll);
           hooks.came();
         });
         const bytes = download.taken();
-        if (await this.accept(url, bytes)) return bytes;
+        const name = way && download.comesWhole ? way.url : url;
+        if (await this.accept(name, bytes)) return bytes;
         // Who waits for a part has been given it, or knows that it is damaged.
         if (isDamaged || !download.isForAll)
-          throw new FetchError("corrupt", url, `${url} does not hold the bytes that its name promises`);
+          throw new FetchError("corrupt", name, `${name} does not hold the bytes that its name promises`);
         isDamaged = true;
         pastCache = true;
       } catch (error) {
@@ -132,7 +140,13 @@ export class Carrier {
    * and what begins to come first is taken (Dean and Barroso, *The tail at scale*, 2013). The second goes another way, where there is one: what
    * is wrong with one address on the way need not be so with another.
    */
-  private async race(download: Download, cache: RequestCache, hooks: Hooks, receive: Receive): Promise<void> {
+  private async race(
+    download: Download,
+    cache: RequestCache,
+    hooks: Hooks,
+    way: Way | undefined,
+    receive: Receive,
+  ): Promise<void> {
     const { url, controller, attempt } = download;
     // Who takes long may answer to who waits longer.
     const stall_ms = attempt * this.options.stall_ms;
@@ -147,19 +161,20 @@ export class Carrier {
       const own = new AbortController();
       runners.add(own);
       if (controller.signal.aborted) callOff();
-      const manner = { cache: how, signal: own.signal, stall_ms, quiet };
-      const take: Receive = (piece) => {
+      const manner = { ...way?.manner, cache: how, signal: own.signal, stall_ms, quiet };
+      const take: Receive = (piece, isAll) => {
         if (!winner && isBundle) this.patience.wasInVain();
         winner ??= own;
         for (const other of runners) if (other !== winner) other.abort();
-        if (winner === own) receive(piece);
+        if (winner === own) receive(piece, isAll);
       };
-      const come = isBundle ? this.bringBundled(download, manner, take) : this.transfer(url, manner, take);
+      const come = isBundle ? this.bringBundled(download, manner, take) : this.transfer(way?.url ?? url, manner, take);
       return come.then(() => {
         winner ??= own;
       });
     };
-    const isOther = attempt % 2 === 0 && this.mayBundle(download);
+    const mayBundle = () => !way && this.mayBundle(download);
+    const isOther = attempt % 2 === 0 && mayBundle();
     let second: Promise<void> | undefined;
     const quiet = () => {
       const { quiet_ms } = this.patience;
@@ -174,7 +189,7 @@ export class Carrier {
         this.tally.requests += 1;
         download.trace?.starts();
         // Past the cache: browsers let a second request for the same address wait for the first.
-        second = run(this.mayBundle(download), "reload", () => {});
+        second = run(mayBundle(), "reload", () => {});
         second.catch(() => {});
       }
       hooks.hushed();
@@ -204,7 +219,7 @@ export class Carrier {
     const reader = new BundleReader(1);
     try {
       await this.transfer(addressOf([download]), manner, (piece) => {
-        for (const bytes of reader.push(piece)) receive(new Uint8Array(bytes));
+        for (const bytes of reader.push(piece)) receive(new Uint8Array(bytes), false);
       });
       if (!reader.isWhole) throw new BundleError("the bundle is too short");
       this.breaker?.answered(url);
@@ -276,9 +291,9 @@ export class Carrier {
     try {
       const { quiet_ms } = this.patience;
       const answered = (wait_ms: number) => this.patience.waited(wait_ms);
-      const headers = await transfer(url, { fetch, quiet_ms, answered, ...manner }, (piece) => {
+      const headers = await transfer(url, { fetch, quiet_ms, answered, ...manner }, (piece, isAll) => {
         trace.receives(piece.byteLength);
-        receive(piece);
+        receive(piece, isAll);
       });
       this.breaker?.answered(url);
       return headers;
@@ -292,9 +307,4 @@ export class Carrier {
       trace.ends();
     }
   }
-}
-
-/** Whoever waits for something that is called off hears this. */
-export function cancelled(url: string): FetchError {
-  return new FetchError("cancelled", url, `${url} is not needed any more`);
 }

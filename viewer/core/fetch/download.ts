@@ -5,10 +5,18 @@ import { Incoming } from "../basics/incoming.ts";
 import { Gate } from "../pace/gate.ts";
 import type { RequestTrace } from "./requestlog.ts";
 import { type Part, PartError, Slices } from "./slices.ts";
+import type { Span } from "./span.ts";
 import type { IsSound } from "./verify.ts";
 
 /** Where from something must come: from caches that have asked whether it is still so, or past all that can be passed. */
 export type Freshness = "checked" | "past caches";
+
+/** Where a file also stands, for when it cannot be had alone: in all of the stream that a rung is of. */
+export interface Within extends Span {
+  readonly url: string;
+  /** Whether nothing else takes its place. */
+  readonly isNeeded: boolean;
+}
 
 /** What was asked for. */
 export interface Wish {
@@ -17,6 +25,7 @@ export interface Wish {
   readonly fresh: Freshness | undefined;
   /** How large it is said to be. */
   readonly bytes: number | undefined;
+  readonly within: Within | undefined;
   /** Which of them all was asked for earlier. */
   readonly order: number;
   readonly trace: RequestTrace | undefined;
@@ -26,6 +35,7 @@ export class Download {
   readonly url: string;
   readonly fresh: Freshness | undefined;
   readonly bytes: number | undefined;
+  readonly within: Within | undefined;
   readonly order: number;
   readonly trace: RequestTrace | undefined;
   readonly controller = new AbortController();
@@ -46,6 +56,7 @@ export class Download {
   private reject: (error: unknown) => void = () => {};
   private isWantedWhole = false;
   private incoming = new Incoming();
+  private isComingWhole = false;
   private readonly slices: Slices;
 
   constructor(
@@ -53,7 +64,8 @@ export class Download {
     public priority: number,
     isSound: IsSound,
   ) {
-    ({ url: this.url, fresh: this.fresh, bytes: this.bytes, order: this.order, trace: this.trace } = wish);
+    ({ url: this.url, fresh: this.fresh, bytes: this.bytes, within: this.within } = wish);
+    ({ order: this.order, trace: this.trace } = wish);
     this.slices = new Slices(isSound);
     this.whole = new Promise((yes, no) => {
       this.resolve = yes;
@@ -85,7 +97,13 @@ export class Download {
 
   /** How much of it has come. */
   get came_bytes(): number {
-    return this.incoming.length;
+    const before = this.isComingWhole ? (this.within?.from ?? 0) : 0;
+    return Math.max(0, this.incoming.length - before);
+  }
+
+  /** Whether what comes is all that it stands in. */
+  get comesWhole(): boolean {
+    return this.isComingWhole;
   }
 
   /** Comes true when nothing comes of it for long. */
@@ -119,12 +137,14 @@ export class Download {
   starts(): void {
     this.trace?.starts();
     this.isQuiet = false;
+    this.isComingWhole = false;
     this.incoming = new Incoming(this.bytes);
   }
 
-  receives(piece: Uint8Array): void {
+  receives(piece: Uint8Array, isAll: boolean): void {
     this.trace?.receives(piece.byteLength);
     this.isQuiet = false;
+    this.isComingWhole = isAll;
     this.incoming.push(piece);
     this.slices.look(this.incoming);
   }

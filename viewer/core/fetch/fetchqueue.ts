@@ -11,13 +11,14 @@ import { compressed_bytes } from "../strategy/file.ts";
 import { PRIORITY, purposeOf } from "../strategy/priority.ts";
 import { BackOff } from "./backoff.ts";
 import { Breaker, type BreakerEvents } from "./breaker.ts";
-import { Carrier, cancelled, type FetchTally, type Hooks, Yielded } from "./carrier.ts";
-import { Download, type Freshness } from "./download.ts";
+import { Carrier, type FetchTally, type Hooks, Yielded } from "./carrier.ts";
+import { Download, type Freshness, type Within } from "./download.ts";
+import { Kept } from "./kept.ts";
 import { LineMeter, type Meter } from "./linemeter.ts";
 import type { RequestLog } from "./requestlog.ts";
 import { type Silence, Silences } from "./silences.ts";
 import type { Part } from "./slices.ts";
-import { type Fetch, FetchError } from "./transfer.ts";
+import { cancelled, type Fetch, FetchError } from "./transfer.ts";
 import { type Digest, type IsSound, isImmutable, verify } from "./verify.ts";
 
 export interface FetchQueueOptions {
@@ -51,6 +52,8 @@ export interface Asked {
   readonly reason?: string;
   /** How large it is said to be; what is small may come together with others. */
   readonly bytes?: number | undefined;
+  /** Where it also stands, for when its own address has nothing. */
+  readonly within?: Within | undefined;
   /** Whether a part of a file is still wanted; until it has come unless given. */
   readonly isWanted?: () => boolean;
 }
@@ -86,6 +89,7 @@ interface Underway {
 
 export class FetchQueue {
   private readonly carrier: Carrier;
+  private readonly kept: Kept;
   private readonly waiting = new Map<string, Download>();
   private readonly running = new Map<string, Download>();
   /** Transfers under way, and how many of them are bundles. */
@@ -107,6 +111,7 @@ export class FetchQueue {
   constructor(private readonly options: FetchQueueOptions) {
     this.meter = options.meter ?? new LineMeter();
     this.carrier = new Carrier(options, this.meter, this.silences, this.backOff);
+    this.kept = new Kept(options.shelf, this.carrier.rungs, this.isSound);
   }
 
   /** What went over the wire so far. */
@@ -142,6 +147,11 @@ export class FetchQueue {
     return this.options.shelf;
   }
 
+  /** A file turned out to be damaged: what is kept of it is of no use. */
+  forget(url: string): void {
+    this.kept.forget(url);
+  }
+
   /**
    * Asks for the bytes of a URL; the lowest priority number goes first. Asking again joins the download and may only
    * make it more urgent.
@@ -175,7 +185,7 @@ export class FetchQueue {
     return this.running.get(url)?.came_bytes ?? 0;
   }
 
-  private ask(url: string, priority: number, { fresh, reason = "", bytes }: Asked): Download {
+  private ask(url: string, priority: number, { fresh, reason = "", bytes, within }: Asked): Download {
     const known = this.waiting.get(url) ?? this.running.get(url);
     if (known) {
       known.priority = Math.min(known.priority, priority);
@@ -183,7 +193,7 @@ export class FetchQueue {
       return known;
     }
     const trace = this.closed ? undefined : this.options.log?.asks(url, purposeOf(priority), reason);
-    const wish = { url, fresh, bytes, order: this.orders++, trace };
+    const wish = { url, fresh, bytes, within, order: this.orders++, trace };
     const download = new Download(wish, priority, this.isSound);
     if (this.closed) {
       download.fails(cancelled(url), "cancelled");
@@ -196,7 +206,7 @@ export class FetchQueue {
 
   /** What a file takes until it is here, a share of a request included. */
   cost_bytes({ url, bytes }: FileRef): number {
-    if (this.shelf?.has(url)) return 0;
+    if (this.kept.has(url)) return 0;
     const { request_bytes } = this.meter;
     const small = this.carrier.offersBundles && isSmall({ url, bytes }, request_bytes);
     return small ? bytes + NAME_BYTES : compressed_bytes({ url, bytes }) + request_bytes;
@@ -359,7 +369,7 @@ export class FetchQueue {
 
   /** Whether a download takes its share of the line: what is kept does not. */
   private travels({ url }: Download): boolean {
-    return !this.shelf?.has(url);
+    return !this.kept.has(url);
   }
 
   /** Whether a download goes only when the line has room for it: documents always go. */
@@ -375,23 +385,15 @@ export class FetchQueue {
       !fresh &&
       !alone &&
       isSmall(download, this.meter.request_bytes) &&
-      !this.shelf?.has(url)
+      !this.kept.has(url)
     );
-  }
-
-  /** What this device has kept, if it is that still: all pages of an origin may write there. */
-  private async takeFrom(shelf: Shelf, url: string): Promise<ArrayBuffer | undefined> {
-    const kept = await shelf.read(url);
-    if (!kept || (await this.isSound(url, kept))) return kept;
-    shelf.forget(url);
-    return undefined;
   }
 
   private async run(download: Download): Promise<void> {
     const mark = this.breaker?.mark ?? 0;
     try {
-      const { shelf } = this;
-      const kept = shelf && !download.fresh ? await this.takeFrom(shelf, download.url) : undefined;
+      const { url, fresh } = download;
+      const kept = !fresh && this.kept.has(url) ? await this.kept.take(download) : undefined;
       if (kept) this.tally.kept_bytes += kept.byteLength;
       const bytes = kept ?? (await this.carrier.bring(download, this.hooksOf(download)));
       this.settle(download, bytes, kept ? "kept" : "done");

@@ -10,6 +10,8 @@ export interface LoggedRequest {
   readonly purpose: Purpose;
   /** Why it is wanted, in words. */
   readonly reason: string;
+  /** How it comes, where that is not from its own address, and why. */
+  readonly detour: string | undefined;
   readonly asked_ms: number;
   /** When it went over the wire for the first time. */
   readonly started_ms: number | undefined;
@@ -26,6 +28,7 @@ type Entry = { -readonly [field in keyof LoggedRequest]: LoggedRequest[field] };
 export interface RequestTrace {
   starts(): void;
   receives(bytes: number): void;
+  detours(how: string): void;
   ends(result: "done" | "kept" | "cancelled" | "failed"): void;
 }
 
@@ -47,6 +50,7 @@ export class RequestLog {
       url,
       purpose,
       reason,
+      detour: undefined,
       asked_ms: this.now_ms(),
       started_ms: undefined,
       ended_ms: undefined,
@@ -64,6 +68,9 @@ export class RequestLog {
       },
       receives: (bytes) => {
         entry.bytes += bytes;
+      },
+      detours: (how) => {
+        entry.detour = how;
       },
       ends: (result) => {
         entry.ended_ms ??= this.now_ms();

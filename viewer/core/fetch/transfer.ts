@@ -2,14 +2,18 @@
  * How do bytes come over the wire? One request and its answer, handed on piece by piece as they come; an answer from which
  * nothing is heard for too long is given up. Whoever waits is told before that.
  */
+import { isWhole, mismeasured, misplaced, most_bytes, rangeOf, type Span } from "./span.ts";
 
 /** Why a download failed for good. */
 export class FetchError extends Error {
   override readonly name = "FetchError";
 
   constructor(
-    /** What is `broken` had begun to come, and broke off or could not be unpacked: the server answers. */
-    readonly kind: "broken" | "cancelled" | "corrupt" | "status" | "unreachable",
+    /**
+     * What is `broken` had begun to come, and broke off or could not be unpacked: the server answers. To a `range` it answers with something
+     * else than that part, or more than is of use.
+     */
+    readonly kind: "broken" | "cancelled" | "corrupt" | "range" | "status" | "unreachable",
     readonly url: string,
     message: string,
     /** Of an answer that is an error. */
@@ -36,6 +40,11 @@ export class StallError extends FetchError {
   }
 }
 
+/** Whoever waits for something that is called off hears this. */
+export function cancelled(url: string): FetchError {
+  return new FetchError("cancelled", url, `${url} is not needed any more`);
+}
+
 export type Fetch = (url: string, init: RequestInit) => Promise<Response>;
 
 export interface TransferOptions {
@@ -48,13 +57,20 @@ export interface TransferOptions {
   readonly quiet_ms: number;
   readonly quiet?: () => void;
   readonly answered?: (wait_ms: number) => void;
+  /** Of what is at the URL, only this part is wanted. */
+  readonly span?: Span | undefined;
+  /** Hears, when an answer begins to such a wish, whether all comes and not only that part. */
+  readonly begins?: (isAll: boolean) => void;
 }
 
-/** One try; answers the headers. Throws `unreachable` or `broken` for what may pass, `status` for what will not. */
+/** Takes a piece of an answer: of what was asked for, or of all of a file of which a part was. */
+export type Receive = (piece: Uint8Array, isAll: boolean) => void;
+
+/** One try; answers the headers. Throws `unreachable` or `broken` for what may pass, `status` or `range` for what will not. */
 export async function transfer(
   url: string,
-  { fetch, cache, signal, stall_ms, quiet_ms, quiet = () => {}, answered = () => {} }: TransferOptions,
-  receive: (piece: Uint8Array) => void,
+  { fetch, cache, signal, stall_ms, quiet_ms, quiet = () => {}, answered = () => {}, span, begins }: TransferOptions,
+  receive: Receive,
 ): Promise<Headers> {
   // Not `AbortSignal.any`: browsers keep whoever listens to what that makes for as long as the page is there.
   const ending = new AbortController();
@@ -80,7 +96,8 @@ export async function transfer(
   const asked_ms = performance.now();
   let body: ReadableStreamDefaultReader<Uint8Array> | undefined;
   try {
-    const response = await Promise.race([fetch(url, { cache, signal: ending.signal }), ended]);
+    const asked = { cache, signal: ending.signal, ...(span && { headers: { Range: rangeOf(span) } }) };
+    const response = await Promise.race([fetch(url, asked), ended]);
     if (!response.ok) {
       const passes = response.status >= 500 || response.status === 429 || response.status === 408;
       const { status, headers } = response;
@@ -93,17 +110,28 @@ export async function transfer(
       );
     }
     answered(performance.now() - asked_ms);
+    const isAll = span !== undefined && isWhole(response);
+    if (span) {
+      keepTo(url, misplaced(response, span));
+      begins?.(isAll);
+    }
     body = response.body?.getReader();
+    let came = 0;
     while (body) {
       // Something was heard: at first that it is there, then what is in it.
       timers.forEach(clearTimeout);
       timers = watch();
       const { value } = await Promise.race([body.read(), ended]);
       if (!value) break;
-      receive(value);
+      came += value.byteLength;
+      if (span && came > most_bytes(isAll, span)) break;
+      receive(value, isAll);
     }
+    if (span) keepTo(url, mismeasured(came, isAll, span));
     return response.headers;
   } catch (error) {
+    // What is not believed need not come to its end.
+    if (error instanceof FetchError && error.kind === "range") ending.abort(error);
     if (error instanceof FetchError) throw error;
     if (ending.signal.aborted) body?.cancel().catch(() => {});
     if (isStalled) throw new StallError(url, stall_ms);
@@ -113,6 +141,16 @@ export async function transfer(
     timers.forEach(clearTimeout);
     signal.removeEventListener("abort", callOff);
   }
+}
+
+/** Fails where there is something wrong with a part that a server answered. */
+function keepTo(url: string, wrong: string | undefined): void {
+  if (wrong === undefined) return;
+  throw new FetchError(
+    "range",
+    url,
+    `a part of ${url} was answered ${wrong}, so this server is asked for no more parts`,
+  );
 }
 
 /** One buffer of several. */

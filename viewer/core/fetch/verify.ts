@@ -31,6 +31,12 @@ export function isRung(url: string): boolean {
   return /\/o\/[0-9a-f]{64}\.r[0-9]{1,3}\.slod$/.test(url);
 }
 
+/** What a rung is a slice of. */
+export function streamOf(url: string): string | undefined {
+  // Asked of every file while one plans, most of which are no streams.
+  return url.endsWith(".slod") && isRung(url) ? url.replace(/\.r[0-9]+\.slod$/, ".slod") : undefined;
+}
+
 /**
  * Compares bytes with the hash in their URL. URLs without a hash, and bytes without a digest, stay unverified; rungs are
  * verified later, when the last of them has come.

@@ -3,11 +3,12 @@
  * textures that nobody holds yet, and answers a GLB.
  */
 import type { FileRef } from "../documents/documents.ts";
-import type { Level, Model, PackRef } from "../documents/modeldocument.ts";
+import type { Level, Model, PackRef, Smooth } from "../documents/modeldocument.ts";
+import type { Within } from "../fetch/download.ts";
 import type { FetchQueue } from "../fetch/fetchqueue.ts";
 import { forgive, type Loss, passes, type Retried } from "../fetch/losses.ts";
 import type { Tree } from "../fetch/tree.ts";
-import { type Grade, levelOf, nameOf, slicesOf, texturesOf } from "../strategy/grade.ts";
+import { type Grade, levelOf, nameOf, type Slice, slicesOf, texturesOf } from "../strategy/grade.ts";
 import type { Growing } from "./growing.ts";
 import { GrowthQueue } from "./growthqueue.ts";
 import type { Plain } from "./plainmodels.ts";
@@ -28,6 +29,8 @@ export interface Load {
   readonly packReason: string;
   /** What is drawn of it already, where only textures are fetched. */
   readonly plain: Plain | undefined;
+  /** Whether nothing else can be drawn of its model. */
+  readonly isNeeded: boolean;
   state: "cancelled" | "fetching" | "uploading";
 }
 
@@ -94,12 +97,18 @@ export class ModelFiles {
     const next = slicesOf(smooth, grade.number, this.parts.smooth.taken(model.model));
     const [materials, ...rungs] = await Promise.all([
       this.fetchText(load, smooth.materials),
-      ...next.map((file) => this.fetch(load, file)),
+      ...next.map((slice) => this.fetch(load, slice, this.within(load, smooth, slice))),
     ]);
     return () => {
       load.state = "uploading";
       return this.parts.smooth.refine(model.model, smooth, grade.number, rungs, materials);
     };
+  }
+
+  /** Where a rung stands in its stream; that itself stands nowhere else. */
+  private within({ isNeeded }: Load, smooth: Smooth, { url, from, bytes }: Slice): Within | undefined {
+    if (url === smooth.url) return undefined;
+    return { url: this.parts.tree.resolve(smooth.url), from, to: from + bytes, of_bytes: smooth.bytes, isNeeded };
   }
 
   /** From when it grows on, the load is not cancelled, so that nothing grows twice. */
@@ -197,10 +206,10 @@ export class ModelFiles {
     return lost.map(({ url }) => url);
   }
 
-  async fetch(load: Load, { url, bytes }: FileRef): Promise<ArrayBuffer> {
+  async fetch(load: Load, { url, bytes }: FileRef, within?: Within): Promise<ArrayBuffer> {
     const address = this.parts.tree.resolve(url);
     load.urls.add(address);
-    const come = await this.parts.queue.request(address, load.priority, { reason: load.reason, bytes });
+    const come = await this.parts.queue.request(address, load.priority, { reason: load.reason, bytes, within });
     load.here.add(url);
     return come;
   }

@@ -12,7 +12,7 @@ import { FetchError } from "../fetch/transfer.ts";
 import type { Tree } from "../fetch/tree.ts";
 import type { FrameBudget } from "../pace/framebudget.ts";
 import type { CostOf } from "../strategy/file.ts";
-import { type Holding, isFailed, levelOf, nameOf } from "../strategy/grade.ts";
+import { type Holding, isFailed, levelOf, nameOf, needsSmooth } from "../strategy/grade.ts";
 import { packsWorth } from "../strategy/packs.ts";
 import { NO_PICTURES, type Pictures } from "../strategy/pictures.ts";
 import type { Stock } from "../strategy/plan.ts";
@@ -203,6 +203,7 @@ export class ModelLoads implements ModelNotes {
       reason: reasonFor(want),
       packReason: reasonForPack(want, packs.get(levelOf(model, want.grade)?.pack?.url ?? "") ?? 0),
       plain: want.cause.kind === "plain" ? this.memory.plain.of(model.model, want.grade) : undefined,
+      isNeeded: needsSmooth(model, this.of(model.model)),
       state: "fetching",
     };
     this.loads.set(model.model, load);
@@ -230,7 +231,7 @@ export class ModelLoads implements ModelNotes {
     if (grade.kind === "grown" || passes(error)) return;
     this.parts.smooth.close(model);
     // Any of them may be the damaged one.
-    for (const { url } of smooth ? [smooth, ...smooth.rungs] : []) this.parts.queue.shelf?.forget(url);
+    for (const { url } of smooth ? [smooth, ...smooth.rungs] : []) this.parts.queue.forget(url);
   }
 
   private async bring(load: Load, packs: ReadonlyMap<string, number>): Promise<void> {

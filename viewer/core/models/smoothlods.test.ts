@@ -55,10 +55,41 @@ describe("an explorer with smooth LODs", () => {
     expect(host.uploads.filter(({ model }) => model === 3).length).toBe(2);
   });
 
+  it.each([true, false])(
+    "fetches of a tree without rungs their ranges, or once all of the stream where these are ignored: %s",
+    async (ranges) => {
+      const spoil = (files: Files) => {
+        for (const path of [...files.keys()].filter(isBall)) files.delete(path);
+      };
+      const { explorer, requests, problems, scene, log, go, quiet } = await explore({ smooth: true, ranges, spoil });
+      go(AFAR);
+      await quiet();
+      expect(explorer.residency.grades()).toHaveProperty("r0", 1);
+      go(NEAR);
+      await quiet();
+      expect([problems, explorer.notes]).toEqual([[], []]);
+      expect(explorer).toMatchObject({ settled: true, missing: 0, holes: 0 });
+      expect(explorer.quality()).toEqual({ here: 1, sharp: 1 });
+      const { loaded_bytes, total_bytes } = explorer.sharpProgress() ?? {};
+      expect(loaded_bytes).toBe(total_bytes);
+      // Who has no rungs is not asked for them again, and nothing comes twice.
+      expect(requests.filter(isBall).length).toBe(1);
+      const rungs = log.entries.filter(({ url }) => isBall(url));
+      const streams = requests.filter((path) => /\/[0-9a-f]{64}\.slod$/.test(path));
+      expect(streams.length).toBe(ranges ? rungs.length : 1);
+      expect(explorer.residency.grades()).toHaveProperty(`r${rungs.length - 1}`, 1);
+      const whole = readFileSync(pathOf(GOLDEN, "bowl.slod")).length;
+      expect(rungs.reduce((sum, { bytes }) => sum + bytes, 0)).toBe(whole);
+      expect(rungs.map(({ result }) => result)).toEqual(rungs.map((_, i) => (ranges || i === 0 ? "done" : "kept")));
+      expect(rungs[0]?.detour).toContain(ranges ? "by range" : "all of its stream");
+      expect(scene.queue.tally.unverified).toBe(0);
+    },
+  );
+
   const spoilers: Record<string, (bytes: Uint8Array) => Uint8Array | undefined> = {
     "a bit of the last rung is wrong": (bytes) => bytes.map((byte, i) => (i === bytes.length - 9 ? byte ^ 4 : byte)),
     "the last rung is cut short": (bytes) => bytes.slice(0, -1),
-    "the last rung is lost": () => undefined,
+    "the last rung is lost, and so is all of the stream": () => undefined,
   };
   it.each(Object.keys(spoilers))("falls back to levels, and says why, when %s", async (how) => {
     const kept = new Map<string, Uint8Array>();
@@ -68,7 +99,7 @@ describe("an explorer with smooth LODs", () => {
       kept.set(last, bytes);
       const spoilt = spoilers[how]?.(bytes);
       if (spoilt) files.set(last, spoilt);
-      else files.delete(last);
+      else for (const path of [last, last.replace(/\.r\d+/, "")]) files.delete(path);
     };
     const { explorer, problems, files, go, quiet } = await explore({ smooth: true, spoil });
     go(AFAR);

@@ -115,6 +115,12 @@ export function isFailed({ failed }: Holding, grade: Grade): boolean {
   return failed.has(nameOf(grade)) || (grade.kind === "rung" && failed.has(ALL_RUNGS));
 }
 
+/** Whether a model can be drawn by its smooth LOD and by nothing else, but for pictures of it. */
+export function needsSmooth(model: Model, holding: Holding): boolean {
+  const others = gradesOf(model).filter(({ kind }) => kind === "level" || kind === "grown");
+  return others.every((grade) => isFailed(holding, grade));
+}
+
 /** The level that a grade is. */
 export function levelOf(model: Model, { kind, number }: Grade): Level | undefined {
   return kind === "level" ? model.levels[number] : undefined;
@@ -139,10 +145,15 @@ export function filesOf(model: Model, { kind, number }: Grade, taken = 0): reado
   return [...slicesOf(model.smooth, number, taken), materials, ...textures];
 }
 
+/** A part of a stream with a name of its own, or all of it. */
+export interface Slice extends FileRef {
+  readonly from: number;
+}
+
 /** The rungs that follow those that were taken, up to one; the whole stream, with one request, where that is all of it. */
-export function slicesOf({ url, bytes, rungs }: Smooth, number: number, taken: number): FileRef[] {
-  if (taken === 0 && number === rungs.length - 1) return [{ url, bytes }];
-  return rungs.slice(taken, number + 1).map(({ url, from, to }) => ({ url, bytes: to - from }));
+export function slicesOf({ url, bytes, rungs }: Smooth, number: number, taken: number): Slice[] {
+  if (taken === 0 && number === rungs.length - 1) return [{ url, bytes, from: 0 }];
+  return rungs.slice(taken, number + 1).map(({ url, from, to }) => ({ url, bytes: to - from, from }));
 }
 
 /** Bytes that have still to travel until a model can be drawn so. */

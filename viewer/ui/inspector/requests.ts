@@ -118,18 +118,18 @@ export function spanOf(requests: readonly LoggedRequest[], now_ms: number): Span
 /** Why in full, and below it how much, how it ended and when. */
 class Row {
   readonly element: HTMLElement;
+  private readonly why = make("span", { class: "why" });
   private readonly bytes = make("span");
   private readonly result = make("span");
   private readonly waited = make("i", { class: "waited" });
   private readonly travelled: HTMLElement;
 
   constructor(readonly request: LoggedRequest) {
-    const { reason, purpose } = request;
-    this.travelled = make("i", { style: `background:${COLOURS[purpose]}` });
+    this.travelled = make("i", { style: `background:${COLOURS[request.purpose]}` });
     this.element = make(
       "li",
       {},
-      make("span", { class: "why" }, reason || PURPOSES[purpose]),
+      this.why,
       this.bytes,
       this.result,
       make("span", { class: "when" }, this.waited, this.travelled),
@@ -142,7 +142,9 @@ class Row {
   }
 
   update(): void {
-    const { bytes, result, tries } = this.request;
+    const { bytes, result, tries, reason, purpose, detour } = this.request;
+    const why = reason || PURPOSES[purpose];
+    write(this.why, detour ? `${why} (${detour})` : why);
     write(this.bytes, bytes > 0 ? writeBytes(bytes) : "");
     write(this.result, tries > 1 ? `${RESULTS[result]}, ${tries} tries` : RESULTS[result]);
     this.element.dataset.result = result;

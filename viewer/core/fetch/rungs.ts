@@ -1,0 +1,122 @@
+/**
+ * How does a rung come where its tree has none? As a range of its stream, and its own address is not tried again. A server that ignores
+ * ranges answers with all of the stream, which is verified by its hash and has all rungs; it is asked for no other stream, unless a model
+ * can be drawn with nothing else: for what one rung costs there, levels are the better buy. One that answers with something else is asked
+ * for no more ranges. The same rules as in `client/src/fetch.rs`.
+ */
+import { Gate } from "../pace/gate.ts";
+import type { Hooks } from "./carrier.ts";
+import type { Download, Within } from "./download.ts";
+import { cancelled, FetchError, type TransferOptions } from "./transfer.ts";
+import { streamOf } from "./verify.ts";
+
+/** How a download comes, if not from its own address. */
+export interface Way {
+  readonly url: string;
+  readonly manner: Pick<TransferOptions, "span" | "begins">;
+}
+
+type Carry = (download: Download, hooks: Hooks, way?: Way) => Promise<ArrayBuffer>;
+
+/** All of a stream. */
+interface Whole {
+  readonly url: string;
+  readonly bytes: ArrayBuffer;
+}
+
+const BY_RANGE = "by range, as the rung is not there";
+const BY_STREAM = "with all of its stream, as the rung is not there and ranges are ignored";
+
+export class Rungs {
+  /** Whether rungs have no addresses of their own. */
+  private hasNone = false;
+  /** Whether ranges were found to be answered with that, or with all of the file. */
+  private ranges: "unknown" | "kept" | "ignored" = "unknown";
+  /** They were answered with something else. */
+  private refusal: FetchError | undefined;
+  /** Where ranges are ignored, the last stream that came whole, which no budget of memory counts. */
+  private whole: Whole | undefined;
+  /** Streams of which a part is asked for. */
+  private readonly asked = new Set<string>();
+  private readonly turn = new Gate();
+
+  constructor(private readonly carry: Carry) {}
+
+  /** Whether a rung need not travel, by its address or by how documents write that. */
+  holds(rung: string): boolean {
+    const stream = this.whole && streamOf(rung);
+    return stream !== undefined && this.whole?.url.endsWith(stream) === true;
+  }
+
+  /** A rung of the stream that came whole. */
+  copyOf({ url, from, to }: Within): ArrayBuffer | undefined {
+    return this.whole?.url === url ? this.whole.bytes.slice(from, to) : undefined;
+  }
+
+  /** A stream turned out to be damaged. */
+  forget(stream: string): void {
+    if (this.whole?.url.endsWith(stream)) this.whole = undefined;
+  }
+
+  async bring(download: Download, within: Within, hooks: Hooks): Promise<ArrayBuffer> {
+    if (!this.hasNone) {
+      try {
+        return await this.carry(download, hooks);
+      } catch (error) {
+        if (!(error instanceof FetchError) || error.kind !== "status") throw error;
+      }
+    }
+    while (this.mustWait(within.url)) await this.nextTurn(download);
+    const copy = this.copyOf(within);
+    if (copy) return copy;
+    if (this.refusal) throw this.refusal;
+    if (this.ranges === "ignored" && !within.isNeeded) {
+      const { url } = within;
+      throw new FetchError("range", url, `this server sends no parts of ${url}, but only all of it`);
+    }
+    return await this.bringPart(download, within, hooks);
+  }
+
+  private async bringPart(download: Download, within: Within, hooks: Hooks): Promise<ArrayBuffer> {
+    const { url, from, to } = within;
+    const begins = (isAll: boolean) => {
+      download.trace?.detours(isAll ? BY_STREAM : BY_RANGE);
+      this.learn(isAll);
+    };
+    this.asked.add(url);
+    try {
+      const bytes = await this.carry(download, hooks, { url, manner: { span: within, begins } });
+      this.hasNone = true;
+      if (!download.comesWhole) return bytes;
+      this.whole = { url, bytes };
+      return bytes.slice(from, to);
+    } catch (error) {
+      if (error instanceof FetchError && error.kind === "range") this.refusal = error;
+      throw error;
+    } finally {
+      this.asked.delete(url);
+      this.turn.open();
+    }
+  }
+
+  /** An answer begins. Who ignored a range once is asked for no other. */
+  private learn(isAll: boolean): void {
+    if (isAll) this.ranges = "ignored";
+    else if (this.ranges === "unknown") this.ranges = "kept";
+    this.turn.open();
+  }
+
+  /** As long as nobody knows how ranges are answered, one asks at a time; and where all of a stream comes, others who want it wait for that. */
+  private mustWait(stream: string): boolean {
+    if (this.ranges === "kept") return false;
+    return this.ranges === "unknown" ? this.asked.size > 0 : this.asked.has(stream);
+  }
+
+  private async nextTurn({ url, controller: { signal } }: Download): Promise<void> {
+    const wake = () => this.turn.open();
+    signal.addEventListener("abort", wake);
+    await this.turn.next();
+    signal.removeEventListener("abort", wake);
+    if (signal.aborted) throw cancelled(url);
+  }
+}
