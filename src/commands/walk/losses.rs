@@ -9,7 +9,7 @@ use std::{
 };
 
 use belvedere_client::{Ask, ByteSource, Error, Part, Watch};
-use belvedere_scene::BlobName;
+use belvedere_scene::{BlobName, rung::RungName};
 use bytes::Bytes;
 
 /// Between two looks at whether there is something to say.
@@ -89,7 +89,9 @@ impl<S> Counted<S> {
         let answer = answer.await;
         let mut tally = self.tally();
         tally.answered += 1;
-        if let Err(cause) = &answer {
+        if let Err(cause) = &answer
+            && !comes_otherwise(path, cause)
+        {
             if tally.failed.is_empty() {
                 tally.first = cause.to_string();
             }
@@ -98,6 +100,12 @@ impl<S> Counted<S> {
         drop(tally);
         answer
     }
+}
+
+/// Whether a part of something else is asked for next: a rung that is not there stands in its stream, and what becomes of that counts.
+fn comes_otherwise(path: &str, cause: &Error) -> bool {
+    let is_absent = matches!(cause, Error::Missing(_) | Error::Refused { .. });
+    is_absent && path.parse::<RungName>().is_ok()
 }
 
 impl<S: ByteSource> ByteSource for Counted<S> {
@@ -153,6 +161,30 @@ mod tests {
         source.get("/b").await.unwrap_err();
         let said = news().unwrap();
         assert!(said.starts_with("2 files have failed so far, first: there is nothing at /a"));
+    }
+
+    #[tokio::test]
+    async fn a_rung_that_is_not_there_is_a_failure_only_when_its_stream_has_no_part_of_it_either() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let name = BlobName::of(b"a stream", "slod").expect("a name");
+        let rung = RungName {
+            hash: name.hash(),
+            number: 0,
+        };
+        let path = name.url();
+        let file = folder.path().join(path.trim_start_matches('/'));
+        std::fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
+        std::fs::write(&file, "a stream").expect("a stream");
+        let source = Counted::new(belvedere_client::FolderSource::new(folder.path()));
+        let news = || source.tally().news();
+        source.get(&rung.to_string()).await.unwrap_err();
+        source.get_range(Ask::of(&path), 0..3).await.expect("a part");
+        assert_eq!(news(), None);
+        std::fs::remove_file(file).expect("the tree loses it");
+        source.get(&rung.to_string()).await.unwrap_err();
+        source.get_range(Ask::of(&path), 0..3).await.unwrap_err();
+        let said = format!("1 file has failed so far, first: there is nothing at {path}");
+        assert_eq!(news(), Some(said));
     }
 
     /// A source that keeps one thing, until it is told to forget it.
