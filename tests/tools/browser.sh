@@ -25,3 +25,8 @@ tree="http://127.0.0.1:$port"
 echo "walking through the static tree"
 for name in walk smooth embed; do story "$tree" static "$name"; done
 BELVEDERE_STATIC="$tree/" story "$base" served company
+
+"$belvedere" publish dunes --data "$data" --to "$work/bare"
+rm "$work"/bare/o/*.r[0-9]*.slod*
+echo "walking through a tree without rungs"
+BELVEDERE_TREE="$work/bare" story "$base" static ranges

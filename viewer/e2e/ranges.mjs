@@ -1,17 +1,24 @@
 /**
  * Is a world sharp where its tree has lost the rungs of its smooth LODs? From a server that answers ranges they come as ranges of their
  * streams, from one that ignores them out of one stream that comes whole; the inspector says so, and the next visit has them.
- * Environment: see `browser.mjs`, and `BELVEDERE_TREE`, the folder of a published tree with smooth LODs of which the rungs were removed.
+ * Environment: see `browser.mjs`, and `BELVEDERE_TREE`, the folder of a published tree of the dunes, from which the rungs were removed.
  */
 import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import { join, normalize } from "node:path";
-import { insist, picture, settle, state, tell, timeout, until, url } from "./browser.mjs";
+import { addressOf, frames, insist, picture, settle, state, tell, timeout, until } from "./browser.mjs";
 
 const TREE = process.env.BELVEDERE_TREE;
 const KINDS = { html: "text/html", js: "text/javascript", css: "text/css", json: "application/json" };
+/** First a picture in which coarse meshes will do, then one that takes finer ones. */
+const [SMALL, LARGE] = [
+  { width: 480, height: 320 },
+  { width: 1280, height: 900 },
+];
 const isStream = ({ path }) => /\/[0-9a-f]{64}\.slod$/.test(path);
 const isRung = ({ path }) => /\.r\d+\.slod$/.test(path);
+
+const servers = [];
 
 /** Serves the tree, with ranges or without, and remembers how it answered. */
 async function serve(keepsRanges) {
@@ -28,10 +35,21 @@ async function serve(keepsRanges) {
     answer.writeHead(status, { "Content-Type": KINDS[file.split(".").at(-1)] ?? "application/octet-stream", ...place });
     answer.end(body);
   });
+  servers.push(server);
   await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
-  const address = new URL(url);
-  address.port = server.address().port;
-  return { server, answered, address: address.href };
+  return { answered, address: addressOf("dunes", `http://127.0.0.1:${server.address().port}/`) };
+}
+
+/** Looks at the place in a small picture and then in a large one, on a line on which requests cost little beside what they bring. */
+async function look(open, address) {
+  // A browser says itself what is not there.
+  const page = await open({ viewport: SMALL }, /404/);
+  await page.addInitScript(() => sessionStorage.setItem("belvedere.line", "56k"));
+  await page.goto(address);
+  await sharp(page, "the small picture");
+  await page.setViewportSize(LARGE);
+  await frames(page);
+  return { page, now: await sharp(page, "the large picture") };
 }
 
 /** Waits until nothing is on its way; answers the state then. */
@@ -59,21 +77,14 @@ const rungsHeld = ({ levelsHeld }) =>
   Object.entries(levelsHeld).reduce((sum, [grade, count]) => sum + (grade.startsWith("r") ? count : 0), 0);
 
 async function withRanges(open) {
-  const { server, answered, address } = await serve(true);
-  // A browser says itself what is not there.
-  const page = await open(undefined, /404/);
-  await page.goto(address);
-  const now = await sharp(page, "the place without rungs");
+  const { answered, address } = await serve(true);
+  const { page, now } = await look(open, address);
   insist(rungsHeld(now) > 0, "no smooth LOD is drawn");
   insist(now.notes.length === 0, `something is drawn otherwise than it could be: ${now.notes.join("; ")}`);
   const parts = answered.filter(({ status }) => status === 206);
-  const first = answered.findIndex(({ status }) => status === 206);
   insist(parts.length > 1 && parts.every(isStream), `${parts.length} ranges of streams were answered`);
-  const asked = answered.map(({ path, range }) => `${path} ${range}`);
-  const twice = asked.filter((one, i) => one.includes(".slod") && asked.indexOf(one) !== i);
-  insist(twice.length === 0, `fetched twice: ${twice.join(", ")}`);
-  const late = answered.slice(first + 1).filter(isRung);
-  insist(late.length < parts.length, `${late.length} rungs are asked for although there are none`);
+  const late = answered.slice(answered.indexOf(parts[1])).filter(isRung);
+  insist(late.length === 0, `${late.length} rungs are asked for though it is known that there are none`);
   const told = await detours(page, "ranges");
   insist(
     told.every((why) => why.includes("by range")),
@@ -85,22 +96,22 @@ async function withRanges(open) {
   const again = await sharp(page, "the second visit");
   insist(rungsHeld(again) > 0, "no smooth LOD is drawn at the second visit");
   const fetched = answered.slice(before).filter((one) => isStream(one) || isRung(one));
-  insist(fetched.length === 0, `the second visit fetches ${JSON.stringify(fetched)}`);
-  server.close();
+  // What costs nothing any more may be chosen, and refined, where something else was before.
+  insist(fetched.length < parts.length / 4, `the second visit fetches ${JSON.stringify(fetched)}`);
   return `${rungsHeld(now)} models by rungs, of which ${parts.length} came as ranges`;
 }
 
 async function withoutRanges(open) {
-  const { server, answered, address } = await serve(false);
-  const page = await open(undefined, /404/);
-  await page.goto(address);
-  const now = await sharp(page, "the place without rungs and ranges");
+  const { answered, address } = await serve(false);
+  const { page, now } = await look(open, address);
   const wholes = answered.filter(({ range, status }) => range && status === 200);
   insist(wholes.length === 1, `${wholes.length} streams came whole in place of a range`);
   const told = await detours(page, "ranges-ignored");
   insist(told.length === 1 && told[0].includes("all of its stream"), `the inspector says: ${told.join("; ")}`);
   insist(rungsHeld(now) > 0, "no smooth LOD is drawn");
-  server.close();
+  insist(now.notes.length === 0, `something is drawn otherwise than it could be: ${now.notes.join("; ")}`);
+  const summary = await page.getByText(/^Of the last \d+:/).textContent();
+  insist(!summary.includes("failed"), `the inspector says: ${summary}`);
   return `${wholes[0].bytes} bytes of one stream are of use to a server without ranges; ${now.visible} objects are drawn`;
 }
 
@@ -108,3 +119,4 @@ await tell("ranges", async (open) => {
   insist(TREE, "set BELVEDERE_TREE to the folder of a tree without rungs");
   for (const story of [withRanges, withoutRanges]) console.log(await story(open));
 });
+for (const server of servers) server.close();

@@ -77,6 +77,9 @@ export interface FetchWatcher extends BreakerEvents {
 /** What is left of a file of which nobody wants any more comes to its end where it is no more than this: to call it off costs a connection. */
 const LEAST_REST_BYTES = 16 * 1024;
 
+/** More than any level costs: of what can only be had with all of its stream, and is asked for where nothing else can be drawn. */
+const FORGONE_BYTES = 1e12;
+
 /** What was silent for long takes so many transfers at most: a browser has few connections to a server, and others must have some, too. */
 const MOST_LATE = 3;
 
@@ -207,6 +210,7 @@ export class FetchQueue {
   /** What a file takes until it is here, a share of a request included. */
   cost_bytes({ url, bytes }: FileRef): number {
     if (this.kept.has(url)) return 0;
+    if (this.carrier.rungs.isForgone(url)) return FORGONE_BYTES;
     const { request_bytes } = this.meter;
     const small = this.carrier.offersBundles && isSmall({ url, bytes }, request_bytes);
     return small ? bytes + NAME_BYTES : compressed_bytes({ url, bytes }) + request_bytes;
@@ -411,7 +415,8 @@ export class FetchQueue {
         this.keepParts(download);
         this.tell(error, mark);
       }
-      download.fails(error, isRunning ? "failed" : undefined);
+      const isCancelled = error instanceof FetchError && error.kind === "cancelled";
+      download.fails(error, isRunning ? (isCancelled ? "cancelled" : "failed") : undefined);
       this.silences.over(download.url);
     }
   }

@@ -1,7 +1,7 @@
 /**
  * How does a rung come where its tree has none? As a range of its stream, and its own address is not tried again. A server that ignores
  * ranges answers with all of the stream, which is verified by its hash and has all rungs; it is asked for no other stream, unless a model
- * can be drawn with nothing else: for what one rung costs there, levels are the better buy. One that answers with something else is asked
+ * can be drawn with nothing else: what one rung costs there, levels undercut ({@link Rungs.isForgone}). One that answers with something else is asked
  * for no more ranges. The same rules as in `client/src/fetch.rs`.
  */
 import { Gate } from "../pace/gate.ts";
@@ -48,6 +48,13 @@ export class Rungs {
     return stream !== undefined && this.whole?.url.endsWith(stream) === true;
   }
 
+  /** Whether a rung, by either address, would bring all of another stream. */
+  isForgone(rung: string): boolean {
+    const stream = this.ranges === "ignored" ? streamOf(rung) : undefined;
+    const isComing = () => [...this.asked].some((url) => url.endsWith(stream ?? url));
+    return stream !== undefined && !this.holds(rung) && !isComing();
+  }
+
   /** A rung of the stream that came whole. */
   copyOf({ url, from, to }: Within): ArrayBuffer | undefined {
     return this.whole?.url === url ? this.whole.bytes.slice(from, to) : undefined;
@@ -59,7 +66,7 @@ export class Rungs {
   }
 
   async bring(download: Download, within: Within, hooks: Hooks): Promise<ArrayBuffer> {
-    if (!this.hasNone) {
+    if (!this.hasNone && this.ranges !== "ignored") {
       try {
         return await this.carry(download, hooks);
       } catch (error) {
@@ -70,10 +77,8 @@ export class Rungs {
     const copy = this.copyOf(within);
     if (copy) return copy;
     if (this.refusal) throw this.refusal;
-    if (this.ranges === "ignored" && !within.isNeeded) {
-      const { url } = within;
-      throw new FetchError("range", url, `this server sends no parts of ${url}, but only all of it`);
-    }
+    // Levels are the better buy now.
+    if (this.ranges === "ignored" && !within.isNeeded) throw cancelled(download.url);
     return await this.bringPart(download, within, hooks);
   }
 
@@ -91,7 +96,11 @@ export class Rungs {
       this.whole = { url, bytes };
       return bytes.slice(from, to);
     } catch (error) {
-      if (error instanceof FetchError && error.kind === "range") this.refusal = error;
+      if (error instanceof FetchError && error.kind === "range") {
+        this.refusal = error;
+        // It looked as if all came, and did not.
+        this.ranges = "unknown";
+      }
       throw error;
     } finally {
       this.asked.delete(url);
