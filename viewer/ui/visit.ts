@@ -4,25 +4,13 @@
  */
 import type { Uses } from "../core/atlas/objects.ts";
 import type { PublishedScene } from "../core/atlas/published.ts";
-import {
-  add,
-  type Bounds,
-  diagonal_m,
-  direction,
-  distanceToBounds,
-  length,
-  scale,
-  subtract,
-  type Vec3,
-} from "../core/basics/geometry.ts";
+import { add, type Bounds, direction, scale, type Vec3 } from "../core/basics/geometry.ts";
 import type { FileRef, Viewpoint } from "../core/documents/documents.ts";
 import type { PlacedObject } from "../core/documents/placedobject.ts";
 import { Explorer } from "../core/explorer/explorer.ts";
 import { anglesOf, isPoseBroken, type Mode, type Pose, readPose } from "../core/movement/address.ts";
 import type { Astray } from "../core/movement/astray.ts";
-import { clearance_m } from "../core/movement/clearance.ts";
-import type { Footing } from "../core/movement/footing.ts";
-import { madeUp, overview } from "../core/movement/overview.ts";
+import { madeUp } from "../core/movement/overview.ts";
 import { statureIn } from "../core/movement/stature.ts";
 import { Walker } from "../core/movement/walker.ts";
 import { FrameBudget } from "../core/pace/framebudget.ts";
@@ -34,10 +22,13 @@ import type { Eye } from "../core/strategy/sight.ts";
 import { ThreeModelHost } from "../three/modelhost.ts";
 import { Overlay } from "../three/overlay.ts";
 import type { Covered, Matrix4, Object3D, Painting, Stage } from "../three/stage.ts";
+import { Arrival } from "./arrival.ts";
 import type { Controls } from "./controls.ts";
 import { Errands } from "./errand.ts";
 import { Frames } from "./frames.ts";
 import { FrozenView } from "./frozen.ts";
+import { Landing } from "./landing.ts";
+import { Picture } from "./picture.ts";
 import { type Display, Reporter } from "./readings.ts";
 
 export interface VisitParts {
@@ -73,9 +64,6 @@ const WORK_FRAMES = 600;
 const DECODE_MS_PER_FRAME = 1.5;
 /** Nor are more objects placed whose models are here; the latter after a frame that took very long. */
 const [PLACE_MS_PER_FRAME, PLACE_MOST_MS] = [1, 8];
-/** A picture at rest for so long is drawn once more with all its pixels. */
-const STILL_AFTER_MS = 350;
-const FIND_EVERY_PX = 12;
 const LONGEST_STEP_S = 0.25;
 
 const AT_REST: Vec3 = [0, 0, 0];
@@ -104,20 +92,14 @@ export class Visit {
   private controls: Controls | undefined;
   private readonly frames = new Frames((now_ms) => this.controls !== undefined && this.frame(now_ms, this.controls));
   private closed = false;
-  private dirty = true;
-  private drewLastFrame = false;
-  private lastMotion_ms = 0;
   private moved = true;
   private lastFrame_ms: number | undefined;
   private readonly motion = new Motion();
   private readonly errands: Errands;
   private readonly reporter: Reporter;
-  /** Where one has begun high up, if so. */
-  private looksDownFrom: Vec3 | undefined;
-  /** Tells one landing from the next, while it is not known where that will be. */
-  private landing: object | undefined;
-  /** The place of a link that one has not left, while it is not known what is there. */
-  private linked: Pose | undefined;
+  private readonly picture: Picture;
+  private readonly arrival: Arrival;
+  private readonly landing: Landing;
   private frozenView: FrozenView | undefined;
 
   constructor(private readonly parts: VisitParts) {
@@ -140,6 +122,10 @@ export class Visit {
     );
     this.walker = new Walker(this.explorer, statureIn(scene.manifest));
     this.errands = new Errands(this.walker);
+    const { explorer, walker, host } = this;
+    this.picture = new Picture({ stage, host, walker, explorer, bounds: scene.manifest.bounds });
+    this.arrival = new Arrival(parts, this.walker);
+    this.landing = new Landing(this.explorer, this.walker, () => this.setMode("walk"));
     stage.add(this.host.root);
     stage.add(this.overlay.root);
     stage.fit(scene.manifest.bounds);
@@ -186,6 +172,7 @@ export class Visit {
     this.controls?.close();
     this.ending.abort();
     this.errands.end();
+    this.landing.callOff();
     this.explorer.close();
     this.host.clear();
     this.overlay.clear();
@@ -195,7 +182,7 @@ export class Visit {
   /** Puts the eye somewhere at once. */
   teleport({ position, yaw, pitch, mode }: Pose): void {
     this.errands.end();
-    this.landing = undefined;
+    this.landing.callOff();
     this.walker.place(position);
     this.walker.look(yaw, pitch);
     if (mode && mode !== this.walker.mode && !this.frozen) this.setMode(mode);
@@ -211,11 +198,7 @@ export class Visit {
   /** Goes to the place of a link, and says so when that leads nowhere. */
   follow(link: Pose): void {
     this.teleport(link);
-    const high = this.high();
-    const isHigh =
-      high && link.mode === "fly" && length(subtract(high.position, link.position)) < this.walker.bodyRadius_m;
-    if (isHigh) this.looksDownFrom = link.position;
-    this.linked = link;
+    this.arrival.comeBy(link);
   }
 
   /** The same for its hash, which may be broken; answers whether it names a place. */
@@ -239,30 +222,14 @@ export class Visit {
   /** Begins where the author says; where nobody does, high up with all of it in view, as far as it is open above; below a roof where the bake would. */
   start(): void {
     const [first] = this.parts.scene.manifest.viewpoints;
-    const high = this.high();
-    this.looksDownFrom = high?.position;
+    const high = this.arrival.beginHigh();
     if (high) this.teleport({ ...high, mode: "fly" });
     else if (first) this.goTo(first, "walk");
   }
 
   /** What of the world belongs into a picture of all of it. */
   get framed(): Bounds {
-    return this.parts.frame ?? this.parts.scene.manifest.bounds;
-  }
-
-  /** Where one begins high up, if one does. */
-  private high(): Pose | undefined {
-    const { framed } = this;
-    const { scene, stage, isRoofed } = this.parts;
-    if (isRoofed) return undefined;
-    const { width, height } = stage.size;
-    return overview(scene.manifest, framed, stage.eye([0, 0, 0]).viewAngle_rad, width / Math.max(1, height));
-  }
-
-  /** Whether one has not flown away from where one has begun high up. */
-  private get hasOnlyLooked(): boolean {
-    const { walker, looksDownFrom } = this;
-    return looksDownFrom !== undefined && length(subtract(walker.position, looksDownFrom)) < walker.bodyRadius_m;
+    return this.arrival.framed;
   }
 
   /**
@@ -274,27 +241,12 @@ export class Visit {
     const place = madeUp(this.parts.scene.manifest);
     if (this.frozen) return;
     if (walker.mode === "walk") this.setMode("fly");
-    else if (this.landing) this.landing = undefined;
-    else if (place && this.hasOnlyLooked) {
+    else if (this.landing.isAwaited) this.landing.callOff();
+    else if (place && this.arrival.hasOnlyLooked) {
       this.goTo(place);
       this.level();
-      this.land({ position: place.position, cell: place.cell });
-    } else void this.comeDown();
-  }
-
-  /** Lands when it is known where, unless one goes elsewhere, or on flying, meanwhile. */
-  private async comeDown(): Promise<void> {
-    const landing = {};
-    this.landing = landing;
-    const footing = await this.explorer.footing(this.walker.position, this.walker);
-    if (this.landing !== landing || this.closed || this.frozen) return;
-    this.land(footing);
-  }
-
-  private land(footing: Footing | undefined): void {
-    this.landing = undefined;
-    if (footing) this.walker.land(footing.position, footing.cell);
-    this.setMode("walk");
+      this.landing.land({ position: place.position, cell: place.cell });
+    } else void this.landing.comeDown();
   }
 
   private setMode(mode: Mode): void {
@@ -311,7 +263,7 @@ export class Visit {
   /** From now on nothing follows the eye any more, and no wall holds it. A panel may cover some of the picture. */
   freeze(covered?: () => Covered): void {
     this.errands.end();
-    this.landing = undefined;
+    this.landing.callOff();
     this.frozenView = new FrozenView(this.walker, this.parts.stage, covered);
     // One may have come here since the last frame.
     this.reporter.moved();
@@ -369,9 +321,7 @@ export class Visit {
 
   /** The picture as it is, which stays when the visit is over. */
   copy(): HTMLCanvasElement {
-    const { stage } = this.parts;
-    this.host.look(this.walker.position, stage.view);
-    return stage.copy();
+    return this.picture.copy();
   }
 
   /** Brings a published file, after all that can be seen stands there. */
@@ -402,23 +352,17 @@ export class Visit {
 
   /** The object at a point of the canvas. */
   pick(x: number, y: number): PlacedObject | undefined {
-    return this.host.pick(this.parts.stage.ray(x, y), this.parts.stage.cutHeight_m);
+    return this.picture.pick(x, y);
   }
 
   /** Where on the canvas a visible object can be clicked; looks at a grid of points. */
   find(sourceNode: string): { x: number; y: number } | undefined {
-    const { width, height } = this.parts.stage.size;
-    for (let y = FIND_EVERY_PX; y < height; y += FIND_EVERY_PX) {
-      for (let x = FIND_EVERY_PX; x < width; x += FIND_EVERY_PX) {
-        if (this.pick(x, y)?.entry.sourceNode === sourceNode) return { x, y };
-      }
-    }
-    return undefined;
+    return this.picture.find(sourceNode);
   }
 
   /** Asks for a new picture. */
   redraw(): void {
-    this.dirty = true;
+    this.picture.ask();
     this.frames.wake();
   }
 
@@ -444,60 +388,29 @@ export class Visit {
     // Before the eye is followed: what the index knows already it has answered since the last frame.
     this.reporter.report(now_ms, this.explorer, this.standpoint);
     const started_ms = performance.now();
-    const { stage } = this.parts;
     controls.turnByKeys(seconds);
     if (!this.frozen && this.explorer.inside && this.explorer.cellId !== undefined)
       this.walker.standIn(this.explorer.cellId);
     const walked = this.errands.step(seconds) ?? this.walker.step(seconds, controls.intent());
-    for (const listener of this.listeners) if (listener(now_ms, seconds)) this.dirty = true;
-    if (walked || this.moved || this.dirty) this.lastMotion_ms = now_ms;
-    const moving = now_ms - this.lastMotion_ms < STILL_AFTER_MS;
+    for (const listener of this.listeners) if (listener(now_ms, seconds)) this.picture.ask();
     const walked_ms = performance.now() - started_ms;
-    const resized = stage.resize(moving ? "moving" : "still");
+    const resized = this.picture.resize(now_ms, walked || this.moved);
     const resized_ms = performance.now();
     if (walked || resized || this.moved) {
-      stage.aim(this.walker.position, this.walker.yaw, this.walker.pitch);
+      this.picture.aim();
       if (this.frozen) this.reporter.changed();
       else this.reporter.moved();
-      this.dirty = true;
       this.moved = false;
     }
     if (!this.frozen) {
       this.motion.observe(now_ms, this.walker.position);
       // Before that follows the eye: what the index knows already it has answered since the last frame.
-      this.judge();
+      this.arrival.judge(this.explorer);
       this.explorer.follow(this.eye, this.motion.velocity_mps);
     }
     this.work.add(walked_ms + performance.now() - resized_ms);
-    if (this.dirty) this.reach();
-    const dirty = stage.cast(now_ms, this.host.casting()) || this.dirty;
-    this.dirty = false;
-    if (dirty) this.host.look(this.walker.position, stage.view);
-    // Fewer pixels would not have what streaming takes end sooner.
-    if (dirty) stage.render(this.drewLastFrame && moving ? Math.max(0, frame_ms - streamed_ms) : undefined);
-    this.drewLastFrame = dirty && moving;
-    return dirty || this.explorer.pending > 0;
-  }
-
-  /** Has drawn what is as near as what can be seen, and as far as all of the world. */
-  private reach(): void {
-    const { stage, scene } = this.parts;
-    const { position } = this.walker;
-    const { bounds } = scene.manifest;
-    // Who looks at a frozen view from outside may have before them what cannot be seen from there.
-    const nearest_m = this.frozen ? 0 : clearance_m(this.explorer.visible, position, stage.nearAt_m);
-    stage.reach(Number.isFinite(nearest_m) ? nearest_m : 0, distanceToBounds(bounds, position) + diagonal_m(bounds));
-  }
-
-  /** Says so once it is known that a link leads nowhere, unless one has left that place. */
-  private judge(): void {
-    const { linked, walker, parts } = this;
-    if (!linked) return;
-    const hasLeft = length(subtract(walker.position, linked.position)) > walker.bodyRadius_m;
-    const judged = hasLeft ? "well" : this.explorer.judge(linked);
-    if (!judged) return;
-    this.linked = undefined;
-    if (judged !== "well") parts.astray?.(judged);
+    const draws = this.picture.draw(now_ms, Math.max(0, frame_ms - streamed_ms), this.frozen);
+    return draws || this.explorer.pending > 0;
   }
 
   /** A point some metres ahead of the eye, at its height. */
