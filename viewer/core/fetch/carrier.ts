@@ -107,7 +107,11 @@ export class Carrier {
         });
         const bytes = download.taken();
         const name = way && download.comesWhole ? way.url : url;
-        if (await this.accept(name, bytes)) return bytes;
+        if (await this.accept(name, bytes)) {
+          // What could not be brought from its own address is here all the same.
+          if (way) this.breaker?.answered(url);
+          return bytes;
+        }
         // Who waits for a part has been given it, or knows that it is damaged.
         if (isDamaged || !download.isForAll)
           throw new FetchError("corrupt", name, `${name} does not hold the bytes that its name promises`);
@@ -299,7 +303,7 @@ export class Carrier {
       return headers;
     } catch (error) {
       if (error instanceof FetchError) {
-        if (error.kind === "status") this.breaker?.answered(url);
+        if (error.kind === "status" || error.kind === "range") this.breaker?.answered(url);
         this.backOff.hears(error);
       }
       throw error;

@@ -413,18 +413,21 @@ export class FetchQueue {
       if (isRunning) {
         this.running.delete(download.url);
         this.keepParts(download);
-        this.tell(error, mark);
+        this.tell(download.url, error, mark);
       }
       const isCancelled = error instanceof FetchError && error.kind === "cancelled";
       download.fails(error, isRunning ? (isCancelled ? "cancelled" : "failed") : undefined);
       this.silences.over(download.url);
+    } finally {
+      // Whatever has come of it without an answer, another one may try.
+      this.breaker?.cancelled(download.url);
     }
   }
 
   /** A download that began at a mark was given up. */
-  private tell(error: unknown, mark: number): void {
+  private tell(url: string, error: unknown, mark: number): void {
     if (!(error instanceof FetchError)) return;
-    const { kind, url, isGone } = error;
+    const { kind, isGone } = error;
     if (kind === "unreachable") this.breaker?.lost(url, mark);
     else if (kind === "broken") this.breaker?.broke(url);
     else if (isImmutable(url) && isGone) this.watcher?.missing();

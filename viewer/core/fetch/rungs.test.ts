@@ -178,6 +178,24 @@ function held() {
 const until = (asked: readonly string[], count: number) =>
   vi.waitFor(() => expect(asked.length).toBe(count), { timeout: 4000, interval: 2 });
 
+it("is forgone also when a silent server is tried with it, and then something else tries", async () => {
+  let isSilent = false;
+  const { queue, asked, ask } = tree((...how) =>
+    isSilent ? Promise.reject(new TypeError("silence")) : ignored(...how),
+  );
+  await ask(FIRST, 0);
+  isSilent = true;
+  const lost = [ask(OTHER, 1, true), ask(OTHER, 2, true)];
+  for (const one of lost) await expect(one).rejects.toMatchObject({ kind: "unreachable" });
+  const forgone = ask(OTHER, 0);
+  const other = queue.request("https://host/other", PRIORITY.finer);
+  const before = asked.length;
+  queue.probe();
+  await expect(forgone).rejects.toMatchObject({ kind: "cancelled" });
+  await expect(other).rejects.toMatchObject({ kind: "status" });
+  expect(asked.slice(before)).toEqual(["https://host/other"]);
+});
+
 describe("while nobody knows how ranges are answered", () => {
   it("one asks, and who waits asks too when it begins to be answered", async () => {
     const { hold, answer } = held();
