@@ -68,12 +68,27 @@ impl<'a> Incoming<'a> {
         let mut left = piece;
         while !left.is_empty() {
             left = self.push_some(left)?;
-            self.bound(self.so_far().len() as u64, self.most_bytes)?;
+            self.bound_unpacked()?;
         }
         if let Body::Packed(unpacks) = &mut self.body {
             unpacks.flush().map_err(|cause| garbled(self.path, &cause))?;
         }
-        self.bound(self.so_far().len() as u64, self.most_bytes)
+        self.bound_unpacked()
+    }
+
+    /// What unpacks to more than there can be was damaged on the way, or packed wrongly: the line carried no more than it may.
+    fn bound_unpacked(&self) -> Result<(), Error> {
+        let bounded = self.bound(self.so_far().len() as u64, self.most_bytes);
+        match &self.body {
+            Body::Plain(_) => bounded,
+            Body::Packed(_) => bounded.map_err(|_| Error::Garbled {
+                path: self.path.to_owned(),
+                cause: format!(
+                    "its gzip unpacks to more than the {} bytes that it may have",
+                    self.most_bytes
+                ),
+            }),
+        }
     }
 
     /// Takes in the beginning of a piece; answers with what is left of it.
@@ -126,5 +141,42 @@ fn garbled(path: &str, cause: &io::Error) -> Error {
     Error::Garbled {
         path: path.to_owned(),
         cause: format!("its gzip does not unpack: {cause}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flate2::{Compression, write::GzEncoder};
+
+    use super::*;
+
+    /// What comes of a packed answer, of which so many bytes are expected.
+    fn unpacked(packed: &[u8], bytes: usize) -> Result<Bytes, Error> {
+        let mut incoming = Incoming::new(Ask::of("/o/some.glb").having(Some(bytes as u64)), true);
+        incoming.push(packed)?;
+        incoming.whole()
+    }
+
+    #[test]
+    fn a_wrong_bit_in_what_came_packed_is_told_as_damage_of_its_gzip_wherever_it_is() {
+        let content = b"what is packed is told again and again, again and again, and what is told is packed";
+        let mut packs = GzEncoder::new(Vec::new(), Compression::best());
+        packs.write_all(content).expect("memory");
+        let packed = packs.finish().expect("memory");
+        assert_eq!(unpacked(&packed, content.len()).expect("it is whole"), &content[..]);
+        let mut too_much = 0;
+        for bit in 0..8 * packed.len() {
+            let mut damaged = packed.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            match unpacked(&damaged, content.len()) {
+                // Some say nothing of what is in it, or the same otherwise.
+                Ok(bytes) => assert_eq!(bytes, &content[..], "bit {bit}"),
+                Err(Error::Garbled { cause, .. }) => too_much += u32::from(cause.contains("more than the 83 bytes")),
+                Err(other) => panic!("bit {bit}: {other}"),
+            }
+        }
+        assert!(too_much > 0, "some unpack to more than was packed");
+        let cut = unpacked(&packed[..packed.len() - 9], content.len()).expect_err("it is cut");
+        assert!(matches!(cut, Error::Garbled { .. }), "{cut}");
     }
 }
