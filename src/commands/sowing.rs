@@ -150,27 +150,36 @@ fn parameter(text: &str) -> Result<(String, Value), String> {
         return Err(format!("the value of `{}` has {reached}", beginning(name.trim())));
     }
     let unread = || {
-        let instead = in_place_of_text(value.trim()).map(|instead| format!("; write `{instead}`"));
         format!(
-            "the value of `{}` is neither a number nor a list of them: `{}`{}",
+            "the value of `{}` is neither a number nor a list of them: `{}`",
             beginning(name.trim()),
-            beginning(value),
-            instead.unwrap_or_default()
+            beginning(value)
         )
     };
-    let json = serde_json::from_str(value).map_err(|cause| format!("{}{}", unread(), place_in(value, &cause)))?;
-    let value = Value::from_json(&json).ok_or_else(unread)?;
+    let instead = || in_place_of_text(value.trim()).unwrap_or_else(|| usual(value.trim()));
+    let with_way_out = || format!("{}; write {}", unread(), instead());
+    let json = serde_json::from_str(value).map_err(|cause| match place_in(value, &cause) {
+        Some(place) => unread() + &place,
+        None => with_way_out(),
+    })?;
+    let value = Value::from_json(&json).ok_or_else(with_way_out)?;
     Ok((name.trim().to_owned(), value))
 }
 
-/// Where a long value goes wrong.
-fn place_in(value: &str, cause: &serde_json::Error) -> String {
-    let rest = value.get(cause.column().saturating_sub(1)..).unwrap_or_default();
-    if value.len() > MOST_SHOWN && !rest.is_empty() {
-        format!(", from letter {} on: `{}`", cause.column(), beginning(rest))
+/// How values are written, where one cannot see which was meant.
+fn usual(value: &str) -> String {
+    if value.starts_with('#') {
+        "a number, or, where a colour is wanted, a list of its channels from 0 to 1, as `[1,0,0]` for `#f00`".to_owned()
     } else {
-        String::new()
+        "a number, as `12` or `0.5`, or a list, as `[1,0,0]`".to_owned()
     }
+}
+
+/// Where a long value goes wrong.
+fn place_in(value: &str, cause: &serde_json::Error) -> Option<String> {
+    let rest = value.get(cause.column().saturating_sub(1)..).unwrap_or_default();
+    let is_far = value.len() > MOST_SHOWN && !rest.is_empty();
+    is_far.then(|| format!(", from letter {} on: `{}`", cause.column(), beginning(rest)))
 }
 
 /// Most letters of a value that a message repeats.
@@ -261,21 +270,51 @@ mod tests {
         );
         assert_eq!(
             parameter("a=tall").unwrap_err(),
-            "the value of `a` is neither a number nor a list of them: `tall`"
+            "the value of `a` is neither a number nor a list of them: `tall`; write a number, as `12` or `0.5`, or a list, as `[1,0,0]`"
         );
         assert_eq!(
             parameter("a=[1, {}]").unwrap_err(),
-            "the value of `a` is neither a number nor a list of them: `[1, {}]`"
+            "the value of `a` is neither a number nor a list of them: `[1, {}]`; write a number, as `12` or `0.5`, or a list, as \
+             `[1,0,0]`"
         );
         for (given, instead) in [
             ("#ff0000", "[1,0,0]"),
             ("#0f8", "[0,1,0.533]"),
-            ("true", "1"),
-            ("false", "0"),
+            ("f00", "[1,0,0]"),
+            ("red", "[1,0,0]"),
         ] {
             let told = parameter(&format!("tint={given}")).unwrap_err();
-            assert!(told.ends_with(&format!(": `{given}`; write `{instead}`")), "{told}");
+            let wanted = format!(": `{given}`; write a number, or, where a colour is wanted, `{instead}`");
+            assert!(told.ends_with(&wanted), "{told}");
             assert!(parameter(&format!("tint={instead}")).is_ok());
+        }
+        let told = parameter("tint=#12").unwrap_err();
+        assert!(
+            told.ends_with("a list of its channels from 0 to 1, as `[1,0,0]` for `#f00`"),
+            "{told}"
+        );
+        for (given, instead) in [
+            ("true", "1"),
+            ("false", "0"),
+            ("03", "3"),
+            ("+3", "3"),
+            ("-03", "-3"),
+            ("1/2", "0.5"),
+            (".5", "0.5"),
+            ("2.", "2"),
+            ("12m", "12"),
+            ("45°", "45"),
+        ] {
+            let told = parameter(&format!("height={given}")).unwrap_err();
+            assert!(told.ends_with(&format!(": `{given}`; write `{instead}`")), "{told}");
+            assert!(parameter(&format!("height={instead}")).is_ok());
+        }
+        for given in ["1/0", "inf", "NaN", "1e999", "-", "m"] {
+            let told = parameter(&format!("height={given}")).unwrap_err();
+            assert!(
+                told.ends_with("; write a number, as `12` or `0.5`, or a list, as `[1,0,0]`"),
+                "{told}"
+            );
         }
         let long = parameter(&format!("a=[{}x]", "1, ".repeat(500))).unwrap_err();
         assert!(long.contains("from letter 1502 on: `x]`") && long.len() < 250, "{long}");

@@ -40,7 +40,8 @@ fn grow_writes_a_glb_and_says_what_it_took() {
     assert!(data.ok(&["grow", &file]).contains("used 1 of 64 levels"));
     let inspected = data.ok(&["inspect", &file]);
     assert!(
-        inspected.contains("6 objects of 3 models") && inspected.contains("3 of 3 models can be grown by clients\n"),
+        inspected.contains("6 objects of 3 models")
+            && inspected.contains("3 of 3 published models can be grown by clients\n"),
         "{inspected}"
     );
     let block = data.write("block.dcg", "box(1, 1, 1)");
@@ -49,7 +50,8 @@ fn grow_writes_a_glb_and_says_what_it_took() {
     assert!(grown.contains("12 triangles in 1 object of 1 part, "), "{grown}");
     let inspected = data.ok(&["inspect", block]);
     assert!(
-        inspected.contains("1 object of 1 model, ") && inspected.contains("1 of 1 model can be grown by clients\n"),
+        inspected.contains("1 object of 1 model, ")
+            && inspected.contains("1 of 1 published model can be grown by clients\n"),
         "{inspected}"
     );
     // Triangles, objects and size of what is placed, of glTF files too.

@@ -22,7 +22,7 @@ pub enum Tie {
 /// How many models of a scene are offered as rules, and why the others are not. Together they are all.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Growable {
-    /// All of the scene, those that no rules made too.
+    /// All that are published, those that no rules made too: equal ones once, of what is cut each piece.
     pub models: usize,
     /// Those that can be grown alone.
     pub alone: usize,
@@ -79,7 +79,7 @@ impl Tie {
 }
 
 impl Growable {
-    /// Counts those of a scene.
+    /// Counts those of a scene [as it is published](crate::as_published).
     #[must_use]
     pub fn of(scene: &SourceScene) -> Self {
         let models = |tie| scene.models.iter().filter(move |model| model.tie == Some(tie));
@@ -125,7 +125,10 @@ impl Growable {
         }
         let likeliest = ties.iter().copied().max_by_key(|tie| self.tied(*tie));
         let models = if self.models == 1 { "model" } else { "models" };
-        let mut sentence = format!("{} of {} {models} can be grown by clients", self.alone, self.models);
+        let mut sentence = format!(
+            "{} of {} published {models} can be grown by clients",
+            self.alone, self.models
+        );
         for tie in ties {
             let count = self.tied(tie);
             let [one, several] = tie.told();

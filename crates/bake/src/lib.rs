@@ -45,4 +45,4 @@ pub mod source;
 pub mod visibility;
 pub mod world;
 
-pub use pipeline::{BakeError, BakeSettings, FirstRevision, Host, Source, bake};
+pub use pipeline::{BakeError, BakeSettings, FirstRevision, Host, Source, as_published, bake};

@@ -116,7 +116,7 @@ pub fn bake(
     world::check_place(&source.scene)?;
     let sound = SoundCells::of(&source.scene.authored)?;
     progress.start(Stage::Occluders, SPLITTING + MAKING + Hiders::STEPS + READYING);
-    let mut scene = in_spatial_order(split::split(share(source.scene), &settings.split, defects));
+    let mut scene = in_spatial_order(as_published(source.scene, &settings.split, defects));
     note_unseen(&scene, defects);
     // Who draws cells has looked which way they should stand.
     let frame = if scene.authored.cells.is_empty() {
@@ -356,6 +356,12 @@ pub struct Source {
     pub title: String,
     /// Size of the files that it was read from.
     pub bytes: u64,
+}
+
+/// A scene with the models that are published of it: equal ones once, and what is too large for one object cut.
+#[must_use]
+pub fn as_published(scene: SourceScene, settings: &SplitSettings, defects: &mut Defects) -> SourceScene {
+    split::split(share(scene), settings, defects)
 }
 
 /// Orders objects along a Z-order curve through their middles, so that ids of neighbours are near each other and the

@@ -106,7 +106,7 @@ fn digest_of(model: &SourceModel) -> Digest {
 /// How the first of two models with one digest has to be moved to be the second.
 fn translation(first: &SourceModel, second: &SourceModel) -> Option<DVec3> {
     // Cuts lie where they lie, equal rules share a model already, and what rests alike may move unlike.
-    let is_own = |model: &SourceModel| model.recipe.is_some() || !model.poses.is_empty();
+    let is_own = |model: &SourceModel| model.recipe.is_some() || model.pose_count() > 1;
     if !first.cut_positions.is_empty() || is_own(first) || is_own(second) {
         return None;
     }

@@ -3,6 +3,7 @@
 //! Spaces: positions are in model space; `world_from_object` places them. Lengths are metres, +Y is up, faces are
 //! counter-clockwise seen from their front, angles are radians, as in glTF 2.0.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -127,12 +128,34 @@ pub struct SourceModel {
     pub impostor: Option<Wish>,
     /// The frames of a round of its movement, each with its own geometry in the model's space; empty for what keeps still.
     pub poses: Vec<Vec<Primitive>>,
+    /// The same where they are grown when they are needed, one after the other: all of them would take too much.
+    pub frames: Option<Frames>,
     /// How its author wants it to look from ever farther away, in the model's space; empty where that is left to the bake.
     pub coarser: Vec<Vec<Primitive>>,
     /// How it grows, when it is whole and has grown from rules.
     pub recipe: Option<SourceRecipe>,
     /// What keeps it from that, when it has grown from rules and not by itself.
     pub tie: Option<Tie>,
+}
+
+/// Poses that are grown when they are needed.
+#[derive(Clone)]
+pub struct Frames {
+    /// How many there are.
+    pub count: u32,
+    /// Grows one; materials of its primitives are numbers of `looks`.
+    pub grow: Arc<dyn Fn(u32) -> Vec<Primitive> + Send + Sync>,
+    /// For each of their materials a primitive that has it and nothing else, so that it is led where those of all others are.
+    pub looks: Vec<Primitive>,
+}
+
+impl std::fmt::Debug for Frames {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Frames")
+            .field("count", &self.count)
+            .field("looks", &self.looks)
+            .finish_non_exhaustive()
+    }
 }
 
 /// Rules from which a model grows.
@@ -365,7 +388,31 @@ impl SourceModel {
     /// Its geometry, that of its poses and what its author made coarser.
     pub(crate) fn all_primitives_mut(&mut self) -> impl Iterator<Item = &mut Primitive> {
         let others = self.poses.iter_mut().chain(&mut self.coarser);
-        self.primitives.iter_mut().chain(others.flatten())
+        let looks = self.frames.iter_mut().flat_map(|frames| &mut frames.looks);
+        self.primitives.iter_mut().chain(others.flatten()).chain(looks)
+    }
+
+    /// How many poses there are to draw; one of what keeps still.
+    #[must_use]
+    pub fn pose_count(&self) -> u32 {
+        match &self.frames {
+            Some(frames) => frames.count,
+            None => self.poses.len().max(1) as u32,
+        }
+    }
+
+    /// One of its poses.
+    #[must_use]
+    pub fn pose(&self, number: u32) -> Cow<'_, [Primitive]> {
+        let Some(frames) = &self.frames else {
+            return self.poses.get(number as usize).unwrap_or(&self.primitives).into();
+        };
+        let mut pose = (frames.grow)(number);
+        for primitive in &mut pose {
+            let look = primitive.material.and_then(|look| frames.looks.get(look));
+            primitive.material = look.and_then(|look| look.material);
+        }
+        pose.into()
     }
 
     /// Triangles of all primitives.

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use belvedere_scene::procedural::{
-    Grown, Loader, Mesh, NoImports, Program, Settings, Surface, Value, affine::Affine, grow,
+    Grown, Loader, Mesh, NoImports, Program, Settings, Surface, Value, affine::Affine, grow, grow_part,
 };
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
@@ -26,11 +26,14 @@ impl Loader for Beside {
     }
 }
 
-fn grown(case: &Json) -> Grown {
+fn program(case: &Json) -> Program {
     let path = folder().join(format!("{}.dcg", case["file"].as_str().unwrap()));
     let text = fs::read_to_string(&path).unwrap();
     let name = path.file_name().unwrap().to_str().unwrap();
-    let program = Program::read(name, text, &Beside(path.parent().unwrap().to_owned())).unwrap();
+    Program::read(name, text, &Beside(path.parent().unwrap().to_owned())).unwrap()
+}
+
+fn grown(case: &Json) -> Grown {
     let parameters = case["parameters"].as_object().into_iter().flatten();
     let settings = Settings {
         seed: case["seed"].as_u64().unwrap_or(0) as u32,
@@ -40,7 +43,7 @@ fn grown(case: &Json) -> Grown {
             .collect(),
         ..Settings::default()
     };
-    grow(&program, &settings).unwrap()
+    grow(&program(case), &settings).unwrap()
 }
 
 /// Everything that was grown, as little-endian bytes in order.
@@ -166,7 +169,7 @@ fn parts_that_can_be_made_alone_are_the_same_alone() {
     let alone = town_parts.iter().filter(|part| part.recipe.is_some());
     assert!(alone.count() > drawn.count() * 3 / 4);
     for case in [&town, &json!({"file": "modules", "seed": 5})] {
-        let whole = grown(case);
+        let (whole, program) = (grown(case), program(case));
         let settings = Settings {
             seed: case["seed"].as_u64().unwrap() as u32,
             ..Settings::default()
@@ -179,8 +182,10 @@ fn parts_that_can_be_made_alone_are_the_same_alone() {
         let mut alone = 0;
         for (index, part) in whole.parts.iter().enumerate() {
             let Some(recipe) = &part.recipe else { continue };
-            let program = Program::read("alone", recipe.text(), &Beside(folder.clone())).unwrap();
-            let again = grow(&program, &settings).unwrap();
+            let published = Program::read("alone", recipe.text(), &Beside(folder.clone())).unwrap();
+            let again = grow(&published, &settings).unwrap();
+            assert_eq!(looks(&again, 1), looks(&whole, index), "{}", recipe.text());
+            let again = grow_part(&program, (recipe, None), &settings).unwrap();
             assert_eq!(looks(&again, 1), looks(&whole, index), "{}", recipe.text());
             alone += 1;
         }

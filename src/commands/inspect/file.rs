@@ -4,7 +4,8 @@ use std::{path::Path, time::Instant};
 
 use anyhow::Context;
 use belvedere_bake::{
-    defect::Defect,
+    BakeSettings, as_published,
+    defect::{Defect, Defects},
     growable::Growable,
     import::{
         self, Imported, Limits,
@@ -32,7 +33,7 @@ struct FileReport {
     textures: usize,
     image_bytes: usize,
     viewpoints: usize,
-    /// Which of its models clients can grow from rules, before the bake cuts what is too large for one object.
+    /// Which of the models that a bake publishes of it clients can grow from rules.
     growable: Growable,
     /// Why a bake would refuse it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -66,13 +67,13 @@ pub(super) fn inspect(file: &Path, given: GrowthArgs, json: bool) -> anyhow::Res
         let imported = import::import(&name, bytes_read, ground.files, ground.limits, &Silent);
         (imported.with_context(|| format!("cannot import {name}"))?, None)
     };
-    let scene = &imported.scene;
+    let Imported { scene, defects } = imported;
     // Told once, of rules as of any other file.
     let refused = match &mut growth {
         Some(growth) => growth.refused.take(),
-        None => grow::refusal(scene),
+        None => grow::refusal(&scene),
     };
-    let report = FileReport {
+    let mut report = FileReport {
         objects: scene.objects.len(),
         models: scene.models.len(),
         triangles: scene.placed_triangles(),
@@ -80,11 +81,13 @@ pub(super) fn inspect(file: &Path, given: GrowthArgs, json: bool) -> anyhow::Res
         textures: scene.textures.len(),
         image_bytes: scene.images.iter().map(|i| i.bytes.len()).sum(),
         viewpoints: scene.viewpoints.len(),
-        growable: Growable::of(scene),
+        growable: Growable::default(),
         refused,
-        defects: imported.defects.iter().collect(),
+        defects: defects.iter().collect(),
         growth,
     };
+    let split = BakeSettings::default().split;
+    report.growable = Growable::of(&as_published(scene, &split, &mut Defects::default()));
     if json {
         return print_json(&report);
     }

@@ -282,9 +282,9 @@ export function unknownProperty(name: string, known: readonly string[]): string 
 }
 
 /** Of a value of another file. */
-export function valueOfFile(file: string, name: string): string {
-  const wayOut = `let "${file}" declare a function, as in \`function ${name}() = …\`, and write \`${file}.${name}()\``;
-  return `values of other files cannot be read; ${wayOut}`;
+export function valueOfFile(file: string, name: string, getter: string, call: string): string {
+  const wayOut = `declare a function there, as in \`function ${getter}() = ${name}\`, and write \`${call}\``;
+  return `values of other files cannot be read, as \`${name}\` of "${file}"; ${wayOut}`;
 }
 
 export function notComputed(name: string, wayOut: string): string {
@@ -400,7 +400,8 @@ export const NO_FILE = 'no file is named here; write its path from the folder of
 
 /** Of a face with a corner that is no point. */
 export function noPoint(face: number, corner: number, points: number): string {
-  const counts = `there are ${points} points; faces and points are counted from 0`;
+  const there = points === 1 ? "is 1 point" : `are ${points} points`;
+  const counts = `there ${there}; faces and points are counted from 0`;
   return `face ${face} has a corner ${shown(corner)}, and ${counts}`;
 }
 
@@ -416,6 +417,17 @@ export const LET_IN_CHOOSE =
 export function loneLet(name: string): string {
   const why = "behind `if`, a loop or a transform, a `let` alone does nothing";
   return `\`${name}\` is not a value here: ${why}; put braces around it and what uses it`;
+}
+
+/** Of a value that is made of itself. */
+export function ofItself(name: string): string {
+  const wayOut = "make it of other values, or give it another name than what it is made of";
+  return `\`${name}\` has no value yet where it is named; ${wayOut}`;
+}
+
+/** Of what closes something that is not open. */
+export function unopened(close: string, open: string): string {
+  return `this \`${close}\` has no \`${open}\` before it; remove it, or write what is missing`;
 }
 
 /** Of the name of a function where a value is wanted. */
@@ -435,22 +447,6 @@ export function notFlat(off: number): string {
   return `this polygon is not flat: ${found}; move them, or give \`mesh\` the faces that it is folded into`;
 }
 
-/** What to write in place of a character that other languages have. */
-const IN_PLACE_OF: readonly (readonly [characters: string, wayOut: string])[] = [
-  [";", "nothing stands between statements, and `,` between arguments"],
-  [":", "arguments and properties are named with `=`"],
-  ["&", "write `and`"],
-  ["|", "write `or`"],
-  ["!", "write `not`, or `!=` between what should differ"],
-  ["?", "write `if … then … else …`"],
-  ["^", "write `power(x, whole)`"],
-  ["%", "write `mod(a, b)`"],
-  ["°", "angles are degrees anyway"],
-  ["'“”„‘’", 'texts stand between `"`'],
-  ["−–", "write `-`"],
-  ["×", "write `*`"],
-];
-
 /** Blanks that are none of the language, and what has no picture at all. */
 const UNSEEN = /\p{VS}|[\p{Cc}\u00a0\u061c\u1680\u180e\u2000-\u200f\u2028-\u202f\u205f\u2800\u3000]/u;
 
@@ -459,19 +455,6 @@ export function isUnseen(text: string): boolean {
   return [...text].every((character) => character === " " || hasNoPicture(character));
 }
 
-function hasNoPicture(character: string): boolean {
+export function hasNoPicture(character: string): boolean {
   return UNSEEN.test(character) || HIDDEN.test(character);
-}
-
-export function noWord(character: string): string {
-  if (hasNoPicture(character)) {
-    return `${numberOf(character)} means nothing here; write a space in its place, or nothing`;
-  }
-  const known = IN_PLACE_OF.find(([characters]) => characters.includes(character))?.[1];
-  const isLetter = /^\p{Alphabetic}$/u.test(character);
-  const otherwise = isLetter
-    ? "names are made of the letters a to z, digits and `_`"
-    : "comments begin with `//`, colours with `#`";
-  const number = isLetter ? ` (${numberOf(character)})` : "";
-  return `\`${character}\`${number} means nothing here; ${known ?? otherwise}`;
 }

@@ -1,6 +1,7 @@
 /** Which words does a text consist of? As `crates/scene/src/procedural/lexer.rs`. */
-import { COMMENT, cut, Fault, noWord, shown } from "./error.ts";
+import { COMMENT, cut, Fault, shown } from "./error.ts";
 import { MAX_NAME, reached } from "./limits.ts";
+import { noWord } from "./signs.ts";
 
 export type Word =
   | { readonly kind: "name"; readonly text: string; readonly at: number }

@@ -14,6 +14,7 @@ import {
   unknownArgument,
   unknownOfFile,
 } from "./error.ts";
+import { foreignValue } from "./foreign.ts";
 import { MAX_ALL_TEXT_BYTES, MAX_MODULES, reached } from "./limits.ts";
 import { atItsOperator } from "./parser/dangling.ts";
 import { parse } from "./parser/index.ts";
@@ -182,6 +183,7 @@ function link({ modules, names }: Program, from: number, call: Call): void {
       throw new Fault(call.at, unknown("imported file", alias, aliases));
     }
     const module = modules[item.module] as Module;
+    if (call.isValue) throw foreignValue(module, call);
     call.module = item.module;
     call.index = indexIn(item.module, call.wanted, call.name);
     if (call.index < 0) throw unknownCall(module, call);

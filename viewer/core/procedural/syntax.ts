@@ -128,6 +128,8 @@ export interface Call {
   /** Which word the call adds to the path. */
   readonly site: number;
   readonly wanted: Wanted;
+  /** Whether it names another file and no brackets follow, as where one reads a value: there is none to be read. */
+  readonly isValue: boolean;
   /** Module that it leads to, once linked. */
   module: number;
   /** Index of the rule, function or material there; −1 for the file as a whole. */

@@ -5,22 +5,36 @@
 //! So the wish of such a model is dropped, and told.
 
 use crate::defect::Defects;
-use crate::source::{Primitive, SourceScene};
+use crate::source::{Primitive, SourceModel, SourceScene};
 
 /// Most shapes of a model that stays one object for its pictures.
-const MOST_PICTURED: usize = 1 << 20;
+pub(super) const MOST_PICTURED: usize = 1 << 20;
 const TOO_LARGE: &str = "`impostor` of a model of more than 1048576 triangles: no pictures, and cut into several objects; let \
     parts that it is made of ask for them";
 
 /// Drops the wishes of models that are too large for pictures.
 pub(super) fn drop_wishes(scene: &mut SourceScene, defects: &mut Defects) {
     for model in scene.models.iter_mut().filter(|model| model.impostor.is_some()) {
-        let shapes: usize = model.primitives.iter().map(Primitive::count).sum();
-        if shapes > MOST_PICTURED {
-            model.impostor = None;
-            defects.note(TOO_LARGE, 1, || model.name.clone());
+        if is_too_large(&model.primitives) {
+            drop_wish(model, defects);
         }
     }
+}
+
+/// Whether that is too much for pictures.
+pub(super) fn is_too_large(primitives: &[Primitive]) -> bool {
+    shapes(primitives) > MOST_PICTURED
+}
+
+/// How many triangles, lines and points there are.
+pub(super) fn shapes(primitives: &[Primitive]) -> usize {
+    primitives.iter().map(Primitive::count).sum()
+}
+
+/// Drops the wish of a model that is too large.
+pub(super) fn drop_wish(model: &mut SourceModel, defects: &mut Defects) {
+    model.impostor = None;
+    defects.note(TOO_LARGE, 1, || model.name.clone());
 }
 
 #[cfg(test)]
@@ -28,7 +42,6 @@ mod tests {
     use belvedere_scene::impostor::Wish;
 
     use super::*;
-    use crate::source::SourceModel;
 
     #[test]
     fn what_is_too_large_gets_no_pictures_and_is_named() {

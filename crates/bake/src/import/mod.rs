@@ -31,6 +31,7 @@ mod instances;
 mod large;
 mod limits;
 mod local;
+mod lookalike;
 mod mark;
 mod materials;
 mod nodes;

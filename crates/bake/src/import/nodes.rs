@@ -11,6 +11,7 @@ use super::ImportError;
 use super::document::Item;
 use super::impostor::{self, Asked};
 use super::local::Local;
+use super::lookalike;
 use super::mark::Mark;
 use super::reader::Reader;
 use crate::source::{Role, SourceViewpoint};
@@ -215,7 +216,11 @@ fn author_kind<'a>(node: &Item<'a>) -> Option<&'a str> {
 }
 
 fn author_mark(reader: &mut Reader, node: &Item) -> Option<Mark> {
-    let mark = Mark::of(author_kind(node)?)?;
+    let Some(mark) = author_kind(node).and_then(Mark::of) else {
+        let alike = node.name().and_then(lookalike::told);
+        reader.defects.name(lookalike::KIND, alike);
+        return None;
+    };
     if mark == Mark::Avatar {
         let kind = "avatar: not part of the scene that stands still, left out";
         reader.defects.note(kind, 1, || node.place.clone());

@@ -47,11 +47,11 @@ pub struct Atlas {
 }
 
 impl Atlas {
-    /// Joins views, which come row by row, frame by frame.
+    /// Joins the views of one frame, which come row by row.
     pub(super) fn of_views(views: &[Vec<Pixel>], wish: Wish) -> Self {
         let (count, size) = (wish.views as usize, wish.size_px as usize);
         let side = count * size;
-        let pixels = side * side * wish.frames as usize;
+        let pixels = side * side;
         let mut colour = vec![[0; 4]; pixels];
         let mut shape = vec![[0; 4]; pixels];
         for (number, view) in views.iter().enumerate() {
@@ -77,6 +77,13 @@ impl Atlas {
             }
         }
         Self { wish, colour, shape }
+    }
+
+    /// Puts the frames of another with as many views below these.
+    pub(super) fn add_below(&mut self, other: Self) {
+        self.colour.extend(other.colour);
+        self.shape.extend(other.shape);
+        self.wish.frames += other.wish.frames;
     }
 
     /// Pixels along a side of a frame.

@@ -6,7 +6,8 @@ use image::{ImageFormat, RgbaImage};
 use serde_json::json;
 
 use super::*;
-use crate::source::{Material, SourceScene};
+use crate::progress::{Counted, Silent};
+use crate::source::{Frames, Material, Primitive, SourceScene};
 
 const SIZE_PX: u32 = 32;
 
@@ -72,22 +73,58 @@ fn each_frame_shows_its_own_pose_in_the_ball_of_all() {
     let scene = flag();
     let surfaces = Surfaces::new(&scene);
     let wish = scene.models[0].impostor.unwrap();
-    let moving = bake(&scene.models[0], &surfaces, wish).unwrap();
+    let moving = bake(&scene.models[0], &surfaces, wish, &Silent).unwrap().unwrap();
     assert_eq!(moving.frames, 2);
     let ball = (moving.centre.into(), moving.radius);
     for (number, pose) in scene.models[0].poses.iter().enumerate() {
-        let alone = draw(&[Body::within(pose, &surfaces, ball)], Wish { frames: 1, ..wish });
+        let alone = draw(&Body::within(pose, &surfaces, ball), Wish { frames: 1, ..wish });
         let still = image::load_from_memory(&alone.colour_png()).unwrap().into_rgba8();
         assert_eq!(frame(&moving.colour, number as u32), still, "frame {number}");
     }
     assert_ne!(frame(&moving.colour, 0), frame(&moving.colour, 1));
 }
 
+/// One after the other and with materials of their own numbers, they are the same pictures, and each is a step.
+#[test]
+fn frames_that_are_grown_when_they_are_drawn_look_the_same() {
+    let scene = flag();
+    let surfaces = Surfaces::new(&scene);
+    let model = &scene.models[0];
+    let wish = model.impostor.unwrap();
+    let numbered = |pose: &Vec<Primitive>| {
+        let other = pose.iter().map(|primitive| Primitive {
+            material: primitive.material.map(|material| 1 - material),
+            ..primitive.clone()
+        });
+        other.collect::<Vec<_>>()
+    };
+    let poses: Vec<Vec<Primitive>> = model.poses.iter().map(numbered).collect();
+    let look = |material| Primitive {
+        material: Some(material),
+        ..Primitive::default()
+    };
+    let later = SourceModel {
+        poses: Vec::new(),
+        frames: Some(Frames {
+            count: 2,
+            grow: std::sync::Arc::new(move |number| poses[number as usize].clone()),
+            looks: vec![look(1), look(0)],
+        }),
+        ..model.clone()
+    };
+    let counted = Counted::default();
+    let drawn = bake(&later, &surfaces, wish, &counted).unwrap();
+    assert_eq!(drawn, bake(model, &surfaces, wish, &Silent).unwrap());
+    assert_eq!(counted.made.into_inner(), 2);
+}
+
 #[test]
 fn where_each_chooses_the_colour_is_noted_and_nowhere_else() {
     let scene = flag();
     let surfaces = Surfaces::new(&scene);
-    let baked = bake(&scene.models[0], &surfaces, scene.models[0].impostor.unwrap()).unwrap();
+    let baked = bake(&scene.models[0], &surfaces, scene.models[0].impostor.unwrap(), &Silent)
+        .unwrap()
+        .unwrap();
     // From +z the flag of the first frame lies to the right, above the middle; the pole is below it.
     let [column, row] = (0..8 * 8)
         .map(|number| [number % 8, number / 8])
@@ -121,7 +158,9 @@ fn what_nobody_chooses_takes_no_fourth_channel() {
     let mut scene = flag();
     scene.materials[1] = material(json!({"extras": {"belvedere": {"recolour": 1}}}));
     let surfaces = Surfaces::new(&scene);
-    let baked = bake(&scene.models[0], &surfaces, scene.models[0].impostor.unwrap()).unwrap();
+    let baked = bake(&scene.models[0], &surfaces, scene.models[0].impostor.unwrap(), &Silent)
+        .unwrap()
+        .unwrap();
     let picture = image::load_from_memory(&baked.shape).unwrap();
     assert_eq!(picture.color().channel_count(), 3);
 }
@@ -132,7 +171,11 @@ fn frames_are_the_same_bytes_for_any_number_of_threads() {
     let baked = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let surfaces = Surfaces::new(&scene);
-        pool.install(|| bake(&scene.models[0], &surfaces, scene.models[0].impostor.unwrap()).unwrap())
+        pool.install(|| {
+            bake(&scene.models[0], &surfaces, scene.models[0].impostor.unwrap(), &Silent)
+                .unwrap()
+                .unwrap()
+        })
     };
     assert_eq!(baked(1), baked(2));
 }

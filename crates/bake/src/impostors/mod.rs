@@ -28,7 +28,8 @@ mod tests;
 use belvedere_scene::impostor::Wish;
 use rayon::prelude::*;
 
-use crate::source::{Primitive, SourceModel};
+use crate::progress::{Cancelled, Progress};
+use crate::source::SourceModel;
 use atlas::Atlas;
 use raster::Body;
 use surface::Surfaces;
@@ -60,44 +61,57 @@ pub struct Baked {
 }
 
 /// Draws all views of a model in all of its poses; `None` when it has no triangle with an extent. How far off pictures are
-/// is measured by the first pose.
+/// is measured by the first pose. Poses are drawn one after the other, and each is a step of progress.
 ///
 /// Costs a pass over its triangles for each view.
-#[must_use]
-pub fn bake(model: &SourceModel, surfaces: &Surfaces<'_>, wish: Wish) -> Option<Baked> {
-    let poses: Vec<&[Primitive]> = if model.poses.is_empty() {
-        vec![&model.primitives]
-    } else {
-        model.poses.iter().map(Vec::as_slice).collect()
+///
+/// # Errors
+/// When who looks on wants to stop.
+pub fn bake(
+    model: &SourceModel,
+    surfaces: &Surfaces<'_>,
+    wish: Wish,
+    progress: &dyn Progress,
+) -> Result<Option<Baked>, Cancelled> {
+    let wish = Wish { frames: 1, ..wish };
+    let Some((centre, radius)) = raster::ball(model.pose_count(), |number| model.pose(number)) else {
+        return Ok(None);
     };
-    let wish = Wish {
-        frames: poses.len() as u32,
-        ..wish
-    };
-    let (centre, radius) = raster::ball(&poses)?;
-    let bodies = poses.iter().map(|pose| Body::within(pose, surfaces, (centre, radius)));
-    let bodies: Vec<Body<'_>> = bodies.collect();
-    let atlas = draw(&bodies, wish);
+    let mut off_px: f64 = 1.0;
+    let mut frames: Option<Atlas> = None;
+    for number in 0..model.pose_count() {
+        if progress.cancelled() {
+            return Err(Cancelled);
+        }
+        let pose = model.pose(number);
+        let body = Body::within(&pose, surfaces, (centre, radius));
+        let drawn = draw(&body, wish);
+        progress.advance(1);
+        match &mut frames {
+            None => {
+                off_px = off_px.max(measure::outline_px(&body, &drawn));
+                frames = Some(drawn);
+            }
+            Some(frames) => frames.add_below(drawn),
+        }
+    }
     let pixel = 2.0 * radius / f64::from(wish.size_px);
-    let off_px = measure::outline_px(&bodies[0], &atlas);
-    Some(Baked {
+    Ok(frames.map(|atlas| Baked {
         colour: atlas.colour_png(),
         shape: atlas.shape_png(),
-        frames: wish.frames,
+        frames: atlas.wish.frames,
         centre: centre.to_array(),
         radius,
-        error: pixel * off_px.max(1.0),
-    })
+        error: pixel * off_px,
+    }))
 }
 
-/// All views of the poses of a body.
-fn draw(poses: &[Body<'_>], wish: Wish) -> Atlas {
+/// All views of a body.
+fn draw(body: &Body<'_>, wish: Wish) -> Atlas {
     let mapping = wish.mapping();
-    let of_pose = wish.views * wish.views;
-    let views: Vec<_> = (0..of_pose * wish.frames)
+    let views: Vec<_> = (0..wish.views * wish.views)
         .into_par_iter()
         .map(|number| {
-            let (body, number) = (&poses[(number / of_pose) as usize], number % of_pose);
             let direction = mapping.of_view([number % wish.views, number / wish.views], wish.views);
             body.picture(direction, wish.size_px)
         })

@@ -5,6 +5,8 @@
 //! view has the axes of [`Axes`] in it. Faces that are not double-sided are drawn from their front only. Points and lines
 //! are not drawn.
 
+use std::borrow::Cow;
+
 use belvedere_scene::impostor::octahedral::Axes;
 use glam::{DVec3, Vec3};
 
@@ -60,7 +62,7 @@ impl<'a> Body<'a> {
     /// Puts a model's triangles into their ball; `None` when they have no extent.
     #[must_use]
     pub fn new(primitives: &'a [Primitive], surfaces: &'a Surfaces<'_>) -> Option<Self> {
-        Some(Self::within(primitives, surfaces, ball(&[primitives])?))
+        Some(Self::within(primitives, surfaces, ball(1, |_| primitives.into())?))
     }
 
     /// The same in a given ball (middle, radius), which other bodies share.
@@ -101,20 +103,26 @@ impl<'a> Body<'a> {
     }
 }
 
-/// The ball around bodies (middle, radius); `None` when they have no extent.
+/// The ball around so many poses (middle, radius); `None` when they have no extent. Each is asked for twice, one after the other.
 #[must_use]
-pub fn ball(bodies: &[&[Primitive]]) -> Option<(DVec3, f64)> {
-    let corners = || {
-        let corner = |p: &[f32; 3]| Vec3::from_array(*p).as_dvec3();
-        let all = bodies.iter().copied().flat_map(drawn);
-        all.flat_map(move |p| p.indices.iter().map(move |i| corner(&p.positions[*i as usize])))
-    };
-    let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-        (low.min(p), high.max(p))
-    });
+pub fn ball<'p>(count: u32, pose: impl Fn(u32) -> Cow<'p, [Primitive]>) -> Option<(DVec3, f64)> {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for number in 0..count {
+        (low, high) = corners(&pose(number)).fold((low, high), |(low, high), p| (low.min(p), high.max(p)));
+    }
     let centre = (low + high) / 2.0;
-    let radius = corners().map(|p| p.distance(centre)).fold(0.0, f64::max);
+    let reach = |number| {
+        let pose = pose(number);
+        corners(&pose).map(|p| p.distance(centre)).fold(0.0, f64::max)
+    };
+    let radius = (0..count).map(reach).fold(0.0, f64::max);
     (radius > 0.0 && radius.is_finite()).then_some((centre, radius))
+}
+
+/// The corners of its triangles.
+fn corners(pose: &[Primitive]) -> impl Iterator<Item = DVec3> {
+    let corner = |p: &[f32; 3]| Vec3::from_array(*p).as_dvec3();
+    drawn(pose).flat_map(move |p| p.indices.iter().map(move |i| corner(&p.positions[*i as usize])))
 }
 
 fn drawn(primitives: &[Primitive]) -> impl Iterator<Item = &Primitive> {

@@ -8,6 +8,7 @@ use serde_json::json;
 use super::*;
 use crate::defect::Defects;
 use crate::lod::{LodSettings, chain};
+use crate::progress::Silent;
 use crate::source::{Image, Material, Primitive, SourceScene, Texture};
 use measure::{difference, directions};
 use raster::Pixel;
@@ -109,7 +110,7 @@ fn off(scene: &SourceScene, below: bool, other: &[Primitive]) -> [(f64, f64); 2]
     let surfaces = Surfaces::new(scene);
     let body = Body::new(&scene.models[0].primitives, &surfaces).unwrap();
     let other = Body::within(other, &surfaces, (body.centre, body.radius));
-    let atlas = draw(std::slice::from_ref(&body), wish(below));
+    let atlas = draw(&body, wish(below));
     let from = directions(23, below);
     let mut sums = [(0.0, 0.0); 2];
     for direction in &from {
@@ -153,7 +154,7 @@ fn from_its_own_views_it_is_the_model_but_for_rounding() {
     let surfaces = Surfaces::new(&scene);
     let body = Body::new(&scene.models[0].primitives, &surfaces).unwrap();
     for below in [false, true] {
-        let atlas = draw(std::slice::from_ref(&body), wish(below));
+        let atlas = draw(&body, wish(below));
         for view in [[2, 3], [4, 4], [5, 1]] {
             let direction = atlas.wish.mapping().of_view(view, 8);
             let (truth, shown) = (body.picture(direction, SIZE_PX), show::picture(&atlas, direction));
@@ -191,7 +192,7 @@ fn one_that_is_seen_from_below_shows_what_is_there() {
     let surfaces = Surfaces::new(&scene);
     let body = Body::new(&scene.models[0].primitives, &surfaces).unwrap();
     let middle = |below: bool, y: f64| {
-        let shown = show::picture(&draw(std::slice::from_ref(&body), wish(below)), [0.05, y, 0.02]);
+        let shown = show::picture(&draw(&body, wish(below)), [0.05, y, 0.02]);
         shown[(SIZE_PX * SIZE_PX / 2 + SIZE_PX / 2) as usize]
     };
     for below in [false, true] {
@@ -208,7 +209,7 @@ fn the_same_model_gives_the_same_bytes_for_any_number_of_threads() {
     let baked = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let surfaces = Surfaces::new(&scene);
-        pool.install(|| bake(&scene.models[0], &surfaces, wish(true)).unwrap())
+        pool.install(|| bake(&scene.models[0], &surfaces, wish(true), &Silent).unwrap().unwrap())
     };
     let one = baked(1);
     assert_eq!(one, baked(5));
@@ -227,10 +228,7 @@ fn the_same_model_gives_the_same_bytes_for_any_number_of_threads() {
 fn what_shows_nothing_takes_over_what_lies_beside_it() {
     let scene = scene(tree(200));
     let surfaces = Surfaces::new(&scene);
-    let atlas = draw(
-        &[Body::new(&scene.models[0].primitives, &surfaces).unwrap()],
-        wish(false),
-    );
+    let atlas = draw(&Body::new(&scene.models[0].primitives, &surfaces).unwrap(), wish(false));
     let is_of_the_tree = |[r, g, b, _]: &[u8; 4]| *r > 20 && *g > 20 && *b > 20;
     assert!(atlas.colour.iter().all(is_of_the_tree));
     assert!(atlas.colour.iter().any(|[.., alpha]| *alpha == 0));
@@ -351,10 +349,13 @@ fn what_is_broken_or_has_no_extent_does_no_harm() {
     let model = &mut scene.models[0];
     model.primitives[0].positions = vec![[3.0; 3]; 4];
     let surfaces = Surfaces::new(&scene);
-    assert_eq!(bake(&scene.models[0], &surfaces, Wish::DEFAULT), None);
-    assert_eq!(bake(&SourceModel::default(), &surfaces, Wish::DEFAULT), None);
+    assert_eq!(bake(&scene.models[0], &surfaces, Wish::DEFAULT, &Silent).unwrap(), None);
+    assert_eq!(
+        bake(&SourceModel::default(), &surfaces, Wish::DEFAULT, &Silent).unwrap(),
+        None
+    );
     let mut huge = square(json!(null), true);
     huge.models[0].primitives[0].positions = vec![[-3e38; 3], [3e38, -3e38, 0.0], [3e38; 3], [0.0, 3e38, 1.0]];
     let surfaces = Surfaces::new(&huge);
-    assert!(bake(&huge.models[0], &surfaces, wish(true)).is_some());
+    assert!(bake(&huge.models[0], &surfaces, wish(true), &Silent).unwrap().is_some());
 }

@@ -21,6 +21,7 @@ pub fn clean(model: &SourceModel, settings: &LodSettings) -> SourceModel {
         cut_positions: model.cut_positions.clone(),
         impostor: model.impostor,
         poses: model.poses.clone(),
+        frames: model.frames.clone(),
         coarser: model.coarser.clone(),
         recipe: model.recipe.clone(),
         tie: model.tie,

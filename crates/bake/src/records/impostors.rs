@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{BakeError, sink::Ledger};
 use crate::{
     impostors::{self, surface::Surfaces},
-    progress::{Progress, Stage},
+    progress::{Portion, Progress, Stage},
     source::SourceScene,
 };
 
@@ -33,11 +33,8 @@ pub(super) fn write(
     let surfaces = Surfaces::new(scene);
     let written = scene.models.par_iter().zip(wishes).map(|(model, wish)| {
         let Some((wish, cost)) = wish else { return Ok(None) };
-        if progress.cancelled() {
-            return Err(BakeError::Cancelled);
-        }
-        let baked = impostors::bake(model, &surfaces, wish);
-        progress.advance(cost);
+        let portion = Portion::of(progress, cost, model.pose_count().into());
+        let baked = impostors::bake(model, &surfaces, wish, &portion)?;
         let Some(baked) = baked else { return Ok(None) };
         let put = |bytes: Vec<u8>| ledger.put("png", bytes).map(|(url, bytes)| TextureRef { url, bytes });
         Ok(Some(Impostor {

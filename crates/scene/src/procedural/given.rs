@@ -10,7 +10,7 @@ use super::problem::Problem;
 use super::spelling::nearest;
 use super::syntax::Parameter;
 use super::value::Value;
-use super::wording::{given_instead, list_of_colour};
+use super::wording::{given_instead, list_of_colour, shown};
 
 impl Program {
     /// The text of a file, as it was imported, with these values as its parameters' own: it grows what this program grows of it
@@ -95,12 +95,35 @@ impl Program {
     }
 }
 
-/// What to write where a text is given in place of a value, if one can see what was meant: a colour or a truth.
+/// What to write where a text is given in place of a value, if one can see what was meant: a truth, a number that is written
+/// otherwise, or a colour, though not all take one.
 #[must_use]
 pub fn in_place_of_text(text: &str) -> Option<String> {
-    match text {
-        "true" => Some("1".to_owned()),
-        "false" => Some("0".to_owned()),
-        _ => list_of_colour(text),
+    let number = match text {
+        "true" => Some(1.0),
+        "false" => Some(0.0),
+        _ => number_meant(text),
+    };
+    let number = number.map(|number| format!("`{}`", shown(number)));
+    number.or_else(|| {
+        let list = list_of_colour(text)?;
+        Some(format!("a number, or, where a colour is wanted, `{list}`"))
+    })
+}
+
+/// A number as people write it and JSON does not: with a sign or zeros before it, without a digit before or behind its point, as a
+/// fraction, in metres or degrees.
+fn number_meant(text: &str) -> Option<f64> {
+    let text = text.strip_suffix(['m', '°']).unwrap_or(text).trim_end();
+    let number = |text: &str| {
+        let is_plain = text.bytes().all(|byte| byte.is_ascii_digit() || b"+-.".contains(&byte));
+        text.parse().ok().filter(|number: &f64| is_plain && number.is_finite())
+    };
+    match text.split_once('/') {
+        None => number(text),
+        Some((above, below)) => {
+            let share = number(above.trim())? / number(below.trim())?;
+            share.is_finite().then_some(share)
+        }
     }
 }

@@ -26,6 +26,8 @@ pub struct Part {
     pub called: Option<SaidInFile>,
     /// What pictures it asks for, to be drawn with from far away.
     pub impostor: Option<Wish>,
+    /// Where it asks for them, or says how many frames they have.
+    pub asked: Option<SaidInFile>,
     /// How it can be made alone, when it can.
     pub recipe: Option<Recipe>,
     /// Whether it has taken on the paint that it is called in.
@@ -116,6 +118,7 @@ impl Part {
             name: name.to_owned(),
             called,
             impostor: None,
+            asked: None,
             recipe: None,
             takes_paint: false,
             meshes: Vec::new(),

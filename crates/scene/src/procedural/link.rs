@@ -201,6 +201,9 @@ impl Program {
                     let (kind, name, suggestion) = ("imported file", alias.clone(), nearest(alias, aliases));
                     return Err((call.at, Problem::Unknown { kind, name, suggestion }));
                 };
+                if call.is_value {
+                    return Err((call.at, self.value_of_file(import.module, (alias, &call.name))));
+                }
                 match names[import.module].index_of(call) {
                     Some(index) => Target {
                         module: import.module,

@@ -10,7 +10,7 @@
 //! * [`evaluator`]: from a program and [`Settings`] to a [`Grown`] model, or only to its bounds.
 //! * [`solid`]: from the numbers of a terminal to triangles.
 //! * [`arithmetic`], [`random`], [`affine`]: what must give the same bits everywhere.
-//! * [`limits`], [`problem`], [`wording`], [`columns`] and [`error`]: what a model may take, and what is said when it is wrong.
+//! * [`limits`], [`problem`], [`wording`], [`signs`], [`columns`] and [`error`]: what a model may take, and what is said when it is wrong.
 //!
 //! Guarantee: the same texts, parameters, seed and level of detail give the same bits, on every platform and in both
 //! languages. Any text gives a model or an error, in bounded time and memory.
@@ -20,6 +20,7 @@ pub mod arithmetic;
 mod columns;
 mod error;
 mod evaluator;
+mod foreign;
 mod given;
 mod grown;
 mod lexer;
@@ -30,6 +31,7 @@ mod parser;
 mod problem;
 pub mod random;
 mod recipe;
+mod signs;
 mod solid;
 mod spelling;
 mod syntax;
@@ -39,7 +41,9 @@ mod value;
 mod wording;
 
 pub use error::{Caller, DcgError, is_order};
-pub use evaluator::{Boxes, PHASE, Settings, Watch, bounds, bounds_watched, grow, grow_watched, grow_with};
+pub use evaluator::{
+    Boxes, PHASE, Settings, Watch, bounds, bounds_watched, grow, grow_part, grow_part_watched, grow_watched, grow_with,
+};
 pub use given::in_place_of_text;
 pub use grown::{Grown, Instance, Part, Placement, SaidInFile, Surface};
 pub use limits::{Limits, Usage};

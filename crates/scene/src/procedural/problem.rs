@@ -1,7 +1,8 @@
 //! What can be wrong at a place of a text, and what would put it right?
 
+use super::signs::in_place_of;
 use super::wording::{
-    absent, character, counted, cut, in_place_of, meant, odd_in, quoted, shown, suggested, with_article,
+    absent, character, counted, cut, meant, odd_in, of_points, quoted, shown, suggested, with_article,
 };
 
 /// What is wrong at one place.
@@ -46,6 +47,9 @@ pub enum Problem {
     /// What is opened and never closed.
     #[error("this `{0}` has no `{1}`")]
     Unclosed(&'static str, &'static str),
+    /// What closes something that is not open.
+    #[error("this `{0}` has no `{1}` before it; remove it, or write what is missing")]
+    Unopened(&'static str, &'static str),
     /// A declaration in braces.
     #[error(
         "declarations stand outside of braces, and the `{{` of line {line}, column {column} is not closed before this one; close it with `}}`"
@@ -102,6 +106,11 @@ pub enum Problem {
          what uses it"
     )]
     LoneLet(String),
+    /// A value that is made of itself.
+    #[error(
+        "`{0}` has no value yet where it is named; make it of other values, or give it another name than what it is made of"
+    )]
+    OfItself(String),
     /// The name of a function where a value is wanted.
     #[error("`{name}` is a function: write `{name}({formals})`")]
     FunctionAsValue {
@@ -117,14 +126,18 @@ pub enum Problem {
     NothingBehind(String),
     /// A value of another file.
     #[error(
-        "values of other files cannot be read; let \"{file}\" declare a function, as in `function {name}() = …`, and write \
-         `{file}.{name}()`"
+        "values of other files cannot be read, as `{name}` of \"{file}\"; declare a function there, as in \
+         `function {getter}() = {name}`, and write `{call}`"
     )]
     ValueOfFile {
-        /// What the file is called here.
+        /// The file.
         file: String,
         /// The value.
         name: String,
+        /// What a function there could be called that gives it.
+        getter: String,
+        /// How that would be called here.
+        call: String,
     },
     /// A value without `let`.
     #[error("a value is named with `let`: write `let {0} = …`; it never changes")]
@@ -328,8 +341,8 @@ pub enum Problem {
         count: usize,
     },
     /// A face with a corner that is no point.
-    #[error("face {face} has a corner {corner}, and there are {points} points; faces and points are counted from 0",
-        corner = shown(*.corner))]
+    #[error("face {face} has a corner {corner}, and there {points}; faces and points are counted from 0",
+        corner = shown(*.corner), points = of_points(*.points))]
     NoPoint {
         /// The face.
         face: usize,

@@ -145,6 +145,8 @@ pub(super) struct Call {
     /// Which word the call adds to the path.
     pub(super) site: u32,
     pub(super) wanted: Wanted,
+    /// Whether it names another file and no brackets follow, as where one reads a value: there is none to be read.
+    pub(super) is_value: bool,
     /// What it leads to, once linked.
     pub(super) target: Target,
     /// The formals that are given, rising, and the argument of each, once linked.

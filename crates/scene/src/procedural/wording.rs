@@ -51,14 +51,14 @@ fn number_of(character: char) -> String {
     format!("U+{:04X}", u32::from(character))
 }
 
-/// A character as it is, by its number where one would not see it, and both of a letter, which may look like one that names have.
+/// A character as it is, by its number where one would not see it, and both where it may look like one that the language has.
 pub(super) fn character(character: char) -> String {
     if is_unseen(character) {
         number_of(character)
-    } else if character.is_alphabetic() {
-        format!("`{character}` ({})", number_of(character))
-    } else {
+    } else if character.is_ascii() {
         format!("`{character}`")
+    } else {
+        format!("`{character}` ({})", number_of(character))
     }
 }
 
@@ -84,27 +84,6 @@ pub(super) fn is_hidden(character: char) -> bool {
         | '\u{e0000}'..='\u{e00ff}' | '\u{e01f0}'..='\u{e0fff}')
 }
 
-/// What to write in place of a character that other languages have.
-pub(super) fn in_place_of(character: char) -> &'static str {
-    match character {
-        ';' => "nothing stands between statements, and `,` between arguments",
-        ':' => "arguments and properties are named with `=`",
-        '&' => "write `and`",
-        '|' => "write `or`",
-        '!' => "write `not`, or `!=` between what should differ",
-        '?' => "write `if … then … else …`",
-        '^' => "write `power(x, whole)`",
-        '%' => "write `mod(a, b)`",
-        '°' => "angles are degrees anyway",
-        '\'' | '“' | '”' | '„' | '‘' | '’' => "texts stand between `\"`",
-        '−' | '–' => "write `-`",
-        '×' => "write `*`",
-        _ if is_unseen(character) => "write a space in its place, or nothing",
-        _ if character.is_alphabetic() => "names are made of the letters a to z, digits and `_`",
-        _ => "comments begin with `//`, colours with `#`",
-    }
-}
-
 /// Of a parameter whose default is a list, or is none; of the file that is named, where another one gave it.
 pub(super) fn given_instead(name: &str, is_list: bool, file: Option<&str>) -> String {
     let [given, default] = if is_list {
@@ -114,6 +93,14 @@ pub(super) fn given_instead(name: &str, is_list: bool, file: Option<&str>) -> St
     };
     let of = file.map_or_else(String::new, |file| format!(" of \"{}\"", cut(file)));
     format!("`{name}`{of} was given a {given}, and its default is a {default}")
+}
+
+/// Behind `there`.
+pub(super) fn of_points(count: usize) -> String {
+    match count {
+        1 => "is 1 point".to_owned(),
+        _ => format!("are {count} points"),
+    }
 }
 
 pub(super) fn counted(arguments: usize) -> String {
@@ -176,9 +163,12 @@ pub(super) fn absent(kind: &str, name: &str) -> Option<&'static str> {
     known.map(|(.., instead)| *instead)
 }
 
-/// A colour as one gives it from outside: a list of its channels.
+/// A colour as one gives it from outside: a list of its channels. It may be named, or lack its sign, which ends what a shell reads.
 pub(super) fn list_of_colour(text: &str) -> Option<String> {
-    let digits: Option<Vec<u32>> = text.strip_prefix('#')?.chars().map(|c| c.to_digit(16)).collect();
+    let named = COLOURS.iter().find(|(name, _)| *name == text);
+    let text = named.map_or(text, |(_, colour)| colour);
+    let digits = text.strip_prefix('#').unwrap_or(text).chars();
+    let digits: Option<Vec<u32>> = digits.map(|c| c.to_digit(16)).collect();
     let channels = match digits?[..] {
         [r, g, b] => [17 * r, 17 * g, 17 * b],
         [r, s, g, h, b, c] => [16 * r + s, 16 * g + h, 16 * b + c],

@@ -36,6 +36,7 @@ export abstract class Enumerators extends SideBySide {
     const isCount = typeof value === "number";
     this.hold(scope.module, at, listedOf(value));
     const count = isCount ? Math.floor(this.within(scope, at, value, "a count", 0, MAX_COUNT)) : value.items.length;
+    this.foresee(scope, count, body);
     const done = isCount ? this.turnsAtOnce(scope, turtle, statement, path, count) : 0;
     for (let i = done; i < count; i += 1) {
       this.assignAll(scope, at, slots, isCount ? i : (value.items[i] as Value));
@@ -68,6 +69,7 @@ export abstract class Enumerators extends SideBySide {
     const members = Math.floor(this.taken(0));
     const extents = [this.taken(1), this.taken(2)] as const;
     const start = [fraction(step(path, 0)), fraction(step(path, 1))] as const;
+    this.foresee(scope, members, body);
     for (let i = 0; i < members; i += 1) {
       for (const axis of [0, 1] as const) {
         const along = start[axis] + i * EVEN_STEPS[axis];

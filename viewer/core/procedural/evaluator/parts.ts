@@ -9,6 +9,7 @@ import type { Scope } from "../plain/machine.ts";
 import { stepName } from "../random.ts";
 import type { At, Call, Rule, Statement, Written } from "../syntax.ts";
 import { listedOf, sizesOf, stepValue, type Value } from "../value.ts";
+import { foreseen } from "./foreseen.ts";
 import { Materials } from "./materials.ts";
 import type { Given, Instance } from "./modules.ts";
 import { type Boxes, PHASE, type Turtle } from "./state.ts";
@@ -304,6 +305,14 @@ export abstract class Parts extends Materials {
     account.placements += placements;
     const limit = this.limits.placements;
     if (account.placements > limit) throw this.error(scope.module, at, reached("placements", limit));
+  }
+
+  /** Refuses so many turns of a statement that will place too much, where they would come to it. */
+  protected foresee(scope: Scope, turns: number, body: Statement): void {
+    const limit = this.limits.placements;
+    const left = limit - this.account(this.part).placements;
+    const at = foreseen(this.program, scope.module, turns, body, left);
+    if (at !== undefined) throw this.error(scope.module, at, reached("placements", limit));
   }
 
   private placeKnown(scope: Scope, at: At, turtle: Turtle, part: number): void {

@@ -50,6 +50,8 @@ export class Cursor {
   protected slots = 0;
   /** Values of which a `let` is all that stands behind what it is for, and where the first of each is. */
   protected readonly lone = new Map<string, At>();
+  /** Where a `let` of a block reads what it names, of which there may be another in the file. */
+  protected readonly own = new Set<At>();
   /** Calls, loops and random numbers so far in this rule. */
   private sites = 0;
 

@@ -1,14 +1,5 @@
 /** How is a value written? Operators by rising strength: `or`, `and`, `not`, comparisons, `+ −`, `* /`, a sign, `[item]`. */
-import {
-  COMPARED,
-  comparison,
-  EQUALS,
-  Fault,
-  namedArgument,
-  tooFewArguments,
-  tooManyArguments,
-  valueOfFile,
-} from "../error.ts";
+import { COMPARED, comparison, EQUALS, Fault, namedArgument, tooFewArguments, tooManyArguments } from "../error.ts";
 import {
   type Argument,
   type At,
@@ -45,6 +36,15 @@ export class ExpressionParser extends Cursor {
   written(): Written {
     const { at } = this.next;
     return { at, of: this.expression() };
+  }
+
+  /** The value of something that is called so, and where it reads that. */
+  protected namedValue(name: string): { readonly value: Written; readonly own: readonly At[] } {
+    const { uses } = this.module;
+    const first = uses.length;
+    const value = this.written();
+    const own = uses.slice(first).filter((use) => use.name === name);
+    return { value, own: own.map(({ at }) => at) };
   }
 
   /** A value behind which `=` may stand. */
@@ -197,9 +197,10 @@ export class ExpressionParser extends Cursor {
   call(first: string, at: At, wanted: Wanted): number {
     const name = this.takes(".") ? this.name("a name of the imported file").name : undefined;
     const isImported = name !== undefined && this.aliases.has(first);
-    if (wanted === "function" && isImported && !this.isSymbol("(")) throw new Fault(at, valueOfFile(first, name));
+    const hasBrackets = this.isSymbol("(");
+    const isValue = wanted === "function" && isImported && !hasBrackets;
     const site = this.site();
-    const args = wanted !== "material" || this.isSymbol("(") ? this.args() : [];
+    const args = hasBrackets || (wanted !== "material" && !isValue) ? this.args() : [];
     this.module.calls.push({
       at,
       alias: name === undefined ? undefined : first,
@@ -207,6 +208,7 @@ export class ExpressionParser extends Cursor {
       args,
       site,
       wanted,
+      isValue,
       module: 0,
       index: -1,
       given: [],

@@ -6,11 +6,13 @@ import {
   functionAsValue,
   LEVELS_OF_PART,
   loneLet,
+  ofItself,
   ownValue,
   reserved,
   THEN_WITHOUT_LEVELS,
   unknown,
   unknownProperty,
+  unopened,
 } from "../error.ts";
 import { words } from "../lexer.ts";
 import { MAX_CODE, MAX_TEXT_BYTES, reached } from "../limits.ts";
@@ -21,6 +23,7 @@ import {
   type Module,
   PROPERTIES,
   type Property,
+  type Row,
   rowOf,
   type Written,
 } from "../syntax.ts";
@@ -28,6 +31,13 @@ import { DECLARATIONS, type Given, type NamedAt } from "./cursor.ts";
 import { atItsOperator } from "./dangling.ts";
 import { isReserved, StatementParser } from "./statements.ts";
 import * as usage from "./usage.ts";
+
+/** What opens and what closes. */
+const PAIRS = [
+  ["{", "}"],
+  ["(", ")"],
+  ["[", "]"],
+] as const;
 
 /** Values that the language gives, whatever a file calls its own. */
 const OWN_VALUES = ["detail", "level"];
@@ -74,13 +84,28 @@ class Parser extends StatementParser {
       } else if (this.takesWord("let")) {
         const { name, at } = this.fileValue("a name for the value");
         this.expect("=");
-        this.module.globals.push({ name, at, value: rowOf("values", [this.written()]) });
+        this.module.globals.push({ name, at, value: this.valueWithout(name) });
       } else {
+        this.refuseUnopened();
         this.module.body.push(this.statement());
       }
     }
     this.module.bodySlots = this.slots;
     this.resolveUses();
+  }
+
+  /** The value of something of the whole file, which must not read itself. */
+  private valueWithout(name: string): Row {
+    const { value, own } = this.namedValue(name);
+    const [at] = own;
+    if (at !== undefined) throw new Fault(at, ofItself(name));
+    return rowOf("values", [value]);
+  }
+
+  /** Refuses what closes something where nothing is open. */
+  private refuseUnopened(): void {
+    const found = PAIRS.find(([, close]) => this.isSymbol(close));
+    if (found) throw new Fault(this.next.at, unopened(found[1], found[0]));
   }
 
   private declaration(word: string): void {
@@ -126,7 +151,7 @@ class Parser extends StatementParser {
   private parameter(): void {
     const { name, at } = this.fileValue("a name for the parameter");
     this.expect("=");
-    const formal = { name, at, initial: rowOf("values", [this.written()]) };
+    const formal = { name, at, initial: this.valueWithout(name) };
     const from = this.next.at;
     if (!this.takesWord("from")) {
       this.module.parameters.push({ formal, shown: name });
@@ -228,9 +253,10 @@ class Parser extends StatementParser {
         const { name, at } = use;
         const lone = this.lone.get(name);
         if (lone !== undefined && lone < at) throw new Fault(at, loneLet(name));
+        if (this.own.has(at)) throw new Fault(at, ofItself(name));
         const formals = formalsOf(name, functions);
         if (formals) throw new Fault(at, functionAsValue(name, formals));
-        throw new Fault(at, unknown("value", name, names), "unknown");
+        throw new Fault(at, unknown("value", name, [...names, ...OWN_VALUES]), "unknown");
       }
       use.slot = slot;
     }

@@ -156,7 +156,9 @@ export class StatementParser extends ExpressionParser {
       case "let": {
         const { name } = this.name(VALUE_NAME);
         this.expect("=");
-        const value = rowOf("values", [this.written()]);
+        const { value: written, own } = this.namedValue(name);
+        for (const at of own) this.own.add(at);
+        const value = rowOf("values", [written]);
         return { kind: "let", at, slot: this.bind(name), value };
       }
       case "choose": {

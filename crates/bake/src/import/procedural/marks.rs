@@ -1,10 +1,12 @@
-//! Which names mark nothing? What is called `cell:`, `portal:`, `occluder:` or `door:` and draws nothing would be lost without a word.
+//! Which names mark nothing? What is called `cell:`, `portal:`, `occluder:` or `door:` and draws nothing would be lost without a word, and
+//! so would what is called almost so.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use belvedere_scene::procedural::{DcgError, Grown, Program, SaidInFile};
 
 use crate::defect::Defects;
+use crate::import::lookalike;
 use crate::import::mark::Mark;
 use crate::source::{Role, SourceModel};
 
@@ -41,18 +43,40 @@ pub(super) fn note(
         count.nothing += usize::from(!has_geometry(index, (grown, models), &mut known));
     }
     let counts = counts.into_iter().filter(|(_, count)| count.nothing > 0);
-    let files: Vec<_> = program.files().collect();
+    let place_of = places(program, folder);
     let places = counts.map(|((said, name), Count { all, nothing })| {
-        let (file, text) = files[said.file];
-        let place = DcgError::of_grown(file, text, said.at, String::new()).below(folder);
-        let DcgError { file, line, column, .. } = *place;
         let times = match all {
             1 => String::new(),
             _ => format!(", {nothing} of {all} times"),
         };
-        format!("{file}, line {line}, column {column}: `{name}`{times}")
+        format!("{}: `{name}`{times}", place_of(said))
     });
     defects.name(KIND, places);
+}
+
+/// Names all places in the rules where something is called what looks like such a name and is none.
+pub(super) fn note_lookalikes(grown: &Grown, (program, folder): (&Program, &str), defects: &mut Defects) {
+    let called = grown
+        .parts
+        .iter()
+        .filter_map(|part| Some((part.called?, part.name.as_str())));
+    let called: BTreeSet<(SaidInFile, &str)> = called.collect();
+    let place_of = places(program, folder);
+    let alike = called
+        .into_iter()
+        .filter_map(|(said, name)| Some(format!("{}: {}", place_of(said), lookalike::told(name)?)));
+    defects.name(lookalike::KIND, alike);
+}
+
+/// Tells file, line and column of a place in the rules.
+fn places(program: &Program, folder: &str) -> impl Fn(SaidInFile) -> String {
+    let files: Vec<_> = program.files().collect();
+    move |said| {
+        let (file, text) = files[said.file];
+        let place = DcgError::of_grown(file, text, said.at, String::new()).below(folder);
+        let DcgError { file, line, column, .. } = *place;
+        format!("{file}, line {line}, column {column}")
+    }
 }
 
 /// Whether a part draws something under its own name.

@@ -131,6 +131,7 @@ fn planted(
     let placed = Placed::of(path, &program, (ground, budget));
     let mut grown = grow_watched(&program, settings, &|path| placed.bounds(path), watch)?;
     let mut defects = Defects::default();
+    let recipes: Vec<_> = grown.parts.iter().map(|part| part.recipe.clone()).collect();
     let texts = texts_of(&program, &mut grown, &mut defects);
     let rules = (Arc::new(texts), settings.seed);
     let mut of_models = Defects::default();
@@ -138,9 +139,12 @@ fn planted(
     let growing = scene::Growing {
         program: &program,
         folder: folder_of(path),
+        recipes: &recipes,
         rules: &rules,
         settings,
         with_levels,
+        progress: ground.progress,
+        watch,
         defects: &mut defects,
     };
     let scene = scene::scene_of(&grown, growing, (ground.limits, budget), &mut |model| {

@@ -254,10 +254,8 @@ fn parameters_of(wanted: &Json, told: impl Fn(String) -> String) -> Read<BTreeMa
                 "`{}` is {}; write {}",
                 beginning(name),
                 shown(value),
-                in_place_of_text(value.as_str().unwrap_or(&value.to_string())).map_or_else(
-                    || "a number or a list of numbers".to_owned(),
-                    |instead| format!("`{instead}`")
-                )
+                in_place_of_text(value.as_str().unwrap_or(&value.to_string()))
+                    .unwrap_or_else(|| "a number or a list of numbers".to_owned())
             );
             return flaw(
                 "`parameters` that are not numbers or lists of them: not grown",

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Program, Recipe, SaidInFile, Settings, Surface};
+use belvedere_scene::procedural::{Grown, Instance, Mesh, Part, Program, Recipe, SaidInFile, Settings, Surface, Watch};
 use glam::{DMat4, DVec3, Vec3};
 use serde_json::json;
 
@@ -11,13 +11,14 @@ use super::absorb::absorb;
 use super::alone::Alone;
 use super::details::coarser;
 use super::marks;
-use super::poses::poses;
+use super::poses::pose;
 use crate::defect::Defects;
 use crate::growable::Tie;
 use crate::import::limits::Budget;
 use crate::import::mark::Mark;
 use crate::import::topology::compact;
 use crate::import::{ImportError, Limits};
+use crate::progress::Progress;
 use crate::source::{
     self, Authored, AuthoredShape, Material, Primitive, Role, SourceModel, SourceObject, SourceRecipe, SourceScene,
     SourceViewpoint, Topology,
@@ -34,10 +35,15 @@ pub(super) struct Growing<'a> {
     pub(super) program: &'a Program,
     /// Where its files lie, from the source's folder.
     pub(super) folder: &'a str,
+    /// How each part that can be made alone is made of the program.
+    pub(super) recipes: &'a [Option<Recipe>],
     pub(super) rules: &'a Rules,
     pub(super) settings: &'a Settings,
     /// Whether what the author made coarser is wanted too.
     pub(super) with_levels: bool,
+    /// Who looks on, and hears of steps.
+    pub(super) progress: &'a dyn Progress,
+    pub(super) watch: Watch<'a>,
     pub(super) defects: &'a mut Defects,
 }
 
@@ -56,31 +62,39 @@ pub(super) fn scene_of(
     let Growing {
         program,
         folder,
+        recipes,
         rules,
         settings,
         with_levels,
+        progress,
+        watch,
         defects,
     } = growing;
     let mut alone = Alone {
-        rules,
+        program,
         settings,
         surfaces: &grown.materials,
         material_of: &material_of,
         added: Vec::new(),
+        progress,
+        watch,
+        steps: grown.usage.steps,
     };
     let mut models: Vec<Option<SourceModel>> = Vec::with_capacity(grown.parts.len());
     for (index, part) in grown.parts.iter().enumerate() {
         let mut made = model(part, &material_of, rules);
         if let Some(model) = &mut made {
             model.tie = tie(part, index == 0);
-            model.poses = poses(part, &mut alone, &mut scene, defects)?;
+            let made = (part, recipes[index].as_ref());
+            pose(model, made, &mut alone, (&mut scene, defects))?;
             if with_levels {
-                model.coarser = coarser(part, &mut alone, &mut scene, defects)?;
+                model.coarser = coarser(made, &mut alone, &mut scene, defects);
             }
         }
         models.push(made);
     }
     marks::note(grown, &models, (program, folder), defects);
+    marks::note_lookalikes(grown, (program, folder), defects);
     let mut model_of = vec![None; models.len()];
     let mut imported: BTreeMap<&str, Vec<SourceObject>> = BTreeMap::new();
     let files: Vec<&str> = program.files().map(|(file, _)| file).collect();

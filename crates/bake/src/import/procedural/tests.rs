@@ -1,6 +1,7 @@
 //! What becomes of rules as a source, alone and in glTF files.
 
 mod found;
+mod frames;
 mod marks;
 mod names;
 mod watched;
@@ -448,42 +449,6 @@ fn what_is_written_as_a_plain_glb_is_read_as_the_same_scene() {
 }
 
 #[test]
-fn a_part_with_a_phase_is_grown_for_each_of_its_frames() {
-    let walker = "material coat(phase) { colour = mix(#fff, #000, phase), recolour = 1 }
-        part walker(phase, width = 1) {
-          impostor(frames = 4, stride = 0.8)
-          move(phase, 0, 0) paint coat(phase) box(width, 1, 1)
-        }
-        walker(0.25, 2)";
-    let scene = rules(walker, &[]).unwrap().scene;
-    let model = &scene.models[0];
-    let least = |primitives: &[Primitive]| {
-        let along = primitives[0].positions.iter().map(|[x, ..]| *x);
-        along.fold(f32::INFINITY, f32::min)
-    };
-    assert_eq!(least(&model.primitives), -0.75);
-    let poses: Vec<f32> = model.poses.iter().map(|pose| least(pose)).collect();
-    assert_eq!(poses, [-1.0, -0.75, -0.5, -0.25]);
-    let wish = model.impostor.unwrap();
-    assert_eq!((wish.frames, wish.stride), (4, 0.8));
-    let colour = |pose: &Vec<Primitive>| &scene.materials[pose[0].material.unwrap()].gltf;
-    assert_eq!(colour(&model.poses[1]), colour(&model.primitives));
-    assert_ne!(colour(&model.poses[2]), colour(&model.poses[3]));
-    assert_eq!(colour(&model.poses[3])["extras"]["belvedere"]["recolour"], true);
-}
-
-#[test]
-fn frames_in_which_nothing_moves_are_told() {
-    let told = |text: &str| rules(text, &[]).unwrap().defects.iter().next();
-    let still = told("part post(phase) { impostor(frames = 4) box(1, 1, 1) } post(0)").unwrap();
-    assert!(still.kind.contains("looks the same at each `phase`"), "{}", still.kind);
-    assert_eq!((still.count, &*still.first), (1, "post"));
-    // Only its colour changes.
-    let lamp = "material m(phase) { emissive = [phase, 0, 0] } part lamp(phase) { impostor(frames = 4) paint m(phase) box(1, 1, 1) } lamp(0)";
-    assert_eq!(told(lamp), None);
-}
-
-#[test]
 fn what_grows_with_less_detail_is_the_authors_coarser_look() {
     let text = "material leaf(shade) { colour = mix(#fff, #000, shade) }
         part bush(size) { for i in 1 + 2 * detail paint leaf(detail / 4) move(i, 0, 0) box(size, 1, 1) }
@@ -507,24 +472,4 @@ fn what_grows_with_less_detail_is_the_authors_coarser_look() {
         .map(|defect| (defect.count, defect.first))
         .collect();
     assert_eq!(told, [(1 + 2, "thorn, detail 2".to_owned())]);
-}
-
-#[test]
-fn a_part_that_cannot_be_grown_alone_has_one_pose_and_one_without_a_phase_none() {
-    let painted =
-        "material red { colour = #f00 } part walker(phase) { impostor(frames = 4) box(1, 1, 1) } paint red walker(0)";
-    let imported = rules(painted, &[]).unwrap();
-    assert!(imported.scene.models[0].poses.is_empty());
-    let defect = imported.defects.iter().next().unwrap();
-    assert!(defect.kind.contains("cannot be grown alone"), "{}", defect.kind);
-    assert_eq!(defect.first, "walker");
-    let refused = rules(
-        "part walker(turn) {\n  impostor(frames = 4) box(1, 1, 1) } walker(0)",
-        &[],
-    );
-    let said = refused.map(|_| ()).unwrap_err().to_string();
-    assert!(
-        said.contains("line 2, column 12: `frames` needs a parameter `phase`"),
-        "{said}"
-    );
 }

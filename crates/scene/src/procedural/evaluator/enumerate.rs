@@ -37,6 +37,7 @@ impl<'p> Evaluator<'p> {
                 let count = self
                     .within((scope, over.at), count, "a count", (0.0, MAX_COUNT))?
                     .floor() as u32;
+                self.foresee(scope, count.into(), body)?;
                 let turns = Turns {
                     count: if slots.len() == 1 { count as usize } else { 0 },
                     path: Some(path),
@@ -54,6 +55,7 @@ impl<'p> Evaluator<'p> {
             }
             Value::List(items, _) => {
                 self.hold((scope.module, over.at), size)?;
+                self.foresee(scope, items.len() as u64, body)?;
                 let turns = Turns {
                     count: items.iter().take_while(|item| gives(item, slots.len())).count(),
                     path: Some(path),
@@ -104,6 +106,7 @@ impl<'p> Evaluator<'p> {
         let width = self.ranged(scope, &over[0], "a width", (0.0, MAX_EXTENT))?;
         let depth = self.ranged(scope, &over[1], "a depth", (0.0, MAX_EXTENT))?;
         let start = [0, 1].map(|axis| fraction(step(path, axis)));
+        self.foresee(scope, count.into(), body)?;
         for i in 0..count {
             let inner = Scope {
                 path: step(path, 2 + i),

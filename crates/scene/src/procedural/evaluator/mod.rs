@@ -4,16 +4,19 @@
 //! is handed down and never up, so what happens in one branch does not touch the next. Everything that is visited is
 //! counted, and stops at its limit.
 //!
-//! * [`statement`] visits nodes, [`enumerate`] those that visit theirs many times.
-//! * [`call`] follows edges of the graph, [`part`] shares what they lead to, [`module`] gives files their values.
+//! * [`statement`] visits nodes, [`enumerate`] those that visit theirs many times, unless that is [`foreseen`] to be too many.
+//! * [`call`] follows edges of the graph, [`part`] shares what they lead to, [`module`] gives files their values, [`alone`] makes
+//!   one part by itself.
 //! * [`straight`] does at one go what makes no choice.
 //! * [`held`] counts what lists take that are needed at once.
 //! * [`expression`] computes values, [`plain`] many of them at one go, [`terminal`] makes solids and [`material`] surfaces of
 //!   them, [`wish`] pictures.
 
+mod alone;
 mod call;
 mod enumerate;
 mod expression;
+mod foreseen;
 mod held;
 mod material;
 mod module;
@@ -24,6 +27,7 @@ mod straight;
 mod terminal;
 mod wish;
 
+pub use alone::{grow_part, grow_part_watched};
 pub use part::PHASE;
 pub(super) use straight::Kept;
 use straight::Plans;
@@ -104,12 +108,9 @@ pub fn grow_watched(
     boxes: Boxes,
     watch: Watch,
 ) -> Result<Grown, Box<DcgError>> {
-    let mut evaluator = Evaluator::new(program, settings, boxes, false);
+    let mut evaluator = Evaluator::growing(program, settings, boxes);
     evaluator.watch = watch;
-    if let Some(plans) = program.kept.take() {
-        evaluator.plans = plans;
-    }
-    evaluator.finish()
+    evaluator.finish(Evaluator::grow_model)
 }
 
 /// A box that holds the model, without making triangles. A part that says `within` is not looked into; `boxes` are those of
@@ -133,7 +134,7 @@ pub fn bounds_watched(
 ) -> Result<(Bounds, Usage), Box<DcgError>> {
     let mut evaluator = Evaluator::new(program, settings, boxes, true);
     evaluator.watch = watch;
-    let grown = evaluator.finish()?;
+    let grown = evaluator.finish(Evaluator::grow_model)?;
     Ok((grown.parts[0].bounds, grown.usage))
 }
 
@@ -285,8 +286,17 @@ impl<'p> Evaluator<'p> {
         }
     }
 
-    fn finish(mut self) -> Outcome<Grown> {
-        let grown = self.grow_model();
+    /// One that makes triangles, with the plans of what grew before.
+    fn growing(program: &'p Program, settings: &'p Settings, boxes: Boxes<'p>) -> Self {
+        let mut evaluator = Self::new(program, settings, boxes, false);
+        if let Some(plans) = program.kept.take() {
+            evaluator.plans = plans;
+        }
+        evaluator
+    }
+
+    fn finish(mut self, grow: impl FnOnce(&mut Self) -> Outcome<()>) -> Outcome<Grown> {
+        let grown = grow(&mut self);
         let grown = grown.map_err(|error| self.program.with_given(error, self.settings));
         if !self.measuring {
             self.program.kept.put(self.plans);

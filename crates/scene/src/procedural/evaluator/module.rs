@@ -157,7 +157,7 @@ impl<'p> Evaluator<'p> {
     }
 
     /// A file with values for its parameters, and the path that belongs to them. Equal values, same instance.
-    fn instance(
+    pub(super) fn instance(
         &mut self,
         module: usize,
         given: &[Option<Given>],

@@ -1,7 +1,9 @@
 //! What does a node do when the traversal comes to it?
 
 use super::terminal::outline_at;
+use super::wish::frames_at;
 use super::{Evaluator, Outcome, Scope, Turtle};
+use crate::procedural::grown::SaidInFile;
 use crate::procedural::problem::Problem;
 use crate::procedural::syntax::{At, Statement, Transform, Written};
 use crate::procedural::value::Value;
@@ -82,7 +84,12 @@ impl<'p> Evaluator<'p> {
             }
             Statement::Impostor { at, arguments } => {
                 let wish = self.impostor((scope, *at), arguments)?;
-                self.parts[self.part].impostor = Some(wish);
+                let part = &mut self.parts[self.part];
+                part.impostor = Some(wish);
+                part.asked = Some(SaidInFile {
+                    file: scope.module,
+                    at: frames_at(arguments, *at),
+                });
                 Ok(())
             }
             Statement::Model { at, path } => {

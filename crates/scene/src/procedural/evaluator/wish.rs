@@ -5,7 +5,7 @@ use super::{Evaluator, Outcome};
 use crate::impostor::Wish;
 use crate::procedural::problem::Problem;
 use crate::procedural::solid::IMPOSTOR;
-use crate::procedural::syntax::Written;
+use crate::procedural::syntax::{At, Written};
 
 /// Shortest way of a round of steps.
 const LEAST_STRIDE: f64 = 1e-3;
@@ -19,9 +19,12 @@ impl<'p> Evaluator<'p> {
         let below = number(2, (0.0, 1.0))? != 0.0;
         let frames = number(3, (1.0, f64::from(Wish::MOST_FRAMES)))?.floor() as u32;
         let stride = number(4, (LEAST_STRIDE, MAX_LENGTH))?;
-        let given_at = |index: usize| arguments[index].as_ref().map_or(at, |written| written.at);
         let Some(size_px) = Wish::SIZES_PX.into_iter().find(|size| f64::from(*size) == size_px) else {
-            return self.error(scope.module, given_at(1), amount("size", "16, 32, 64 or 128"));
+            return self.error(
+                scope.module,
+                given_at(arguments, 1, at),
+                amount("size", "16, 32, 64 or 128"),
+            );
         };
         let wish = Wish {
             views,
@@ -34,8 +37,17 @@ impl<'p> Evaluator<'p> {
             return self.error(scope.module, at, amount("views * size * frames", "at most 4096"));
         }
         if frames > 1 && !self.accounts[self.part].has_phase {
-            return self.error(scope.module, given_at(3), Problem::NoPhase);
+            return self.error(scope.module, frames_at(arguments, at), Problem::NoPhase);
         }
         Ok(wish)
     }
+}
+
+/// Where it is said how many frames there are, or else that there are pictures.
+pub(super) fn frames_at(arguments: &[Option<Written>], at: At) -> At {
+    given_at(arguments, 3, at)
+}
+
+fn given_at(arguments: &[Option<Written>], index: usize, at: At) -> At {
+    arguments[index].as_ref().map_or(at, |written| written.at)
 }

@@ -36,6 +36,9 @@ pub(super) const STATEMENTS: [&str; 18] = [
 /// Words with which a declaration begins.
 pub(super) const DECLARATIONS: [&str; 6] = ["import", "parameter", "material", "function", "rule", "part"];
 
+/// What opens and what closes.
+const PAIRS: [(&str, &str); 3] = [("{", "}"), ("(", ")"), ("[", "]")];
+
 /// Values that the language gives, whatever a file calls its own.
 const OWN_VALUES: [&str; 2] = ["detail", "level"];
 
@@ -58,11 +61,12 @@ impl<'t> Parser<'t> {
                     self.next += 1;
                     let (name, at) = self.file_value("a name for the value")?;
                     self.expect_for("=", usage::VALUE)?;
-                    let value = self.written()?;
+                    let value = self.value_without(name)?;
                     let name = name.to_owned();
                     self.module.globals.push(Named { name, at, value });
                 }
                 _ => {
+                    self.refuse_unopened()?;
                     let statement = self.statement()?;
                     self.module.body.push(statement);
                 }
@@ -70,6 +74,14 @@ impl<'t> Parser<'t> {
         }
         self.module.body_slots = self.slots;
         self.resolve_uses()
+    }
+
+    /// Refuses what closes something where nothing is open.
+    fn refuse_unopened(&self) -> Parsed<()> {
+        let found = PAIRS.iter().find(|(_, close)| self.is_symbol(close));
+        found.map_or(Ok(()), |(open, close)| {
+            Err((self.peek().at, Problem::Unopened(close, open)))
+        })
     }
 
     fn declaration(&mut self, word: &str) -> Parsed<()> {
@@ -129,7 +141,7 @@ impl<'t> Parser<'t> {
         let (name, at) = self.file_value("a name for the parameter")?;
         self.expect_for("=", usage::VALUE)?;
         let from = self.peek().at as usize;
-        let default = Some(self.written()?);
+        let default = Some(self.value_without(name)?);
         let to = self.peek().at as usize;
         let range = if self.takes_word("from") {
             Some(self.span(usage::RANGE)?)
@@ -307,8 +319,9 @@ impl<'t> Parser<'t> {
                     let is_lone = self.lone.get(name.as_str()).is_some_and(|at| *at < used.at);
                     let problem = match formals_of(&name, &module.functions) {
                         _ if is_lone => Problem::LoneLet(name),
+                        _ if self.own.contains(&used.at) => Problem::OfItself(name),
                         Some(formals) => Problem::FunctionAsValue { name, formals },
-                        None => unknown("value", &name, names),
+                        None => unknown("value", &name, names.into_iter().chain(OWN_VALUES)),
                     };
                     return Err((used.at, problem));
                 }

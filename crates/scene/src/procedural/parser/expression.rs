@@ -222,11 +222,9 @@ impl Parser<'_> {
             (None, first.to_owned())
         };
         let site = self.site();
-        if wanted == Wanted::Function && module.is_some() && !self.is_symbol("(") && self.aliases.contains(first) {
-            let (file, name) = (first.to_owned(), name);
-            return Err((at, Problem::ValueOfFile { file, name }));
-        }
-        let takes_arguments = wanted != Wanted::Material || self.is_symbol("(");
+        let has_brackets = self.is_symbol("(");
+        let is_value = wanted == Wanted::Function && module.is_some() && !has_brackets && self.aliases.contains(first);
+        let takes_arguments = has_brackets || wanted != Wanted::Material && !is_value;
         let arguments = if takes_arguments { self.arguments()? } else { Vec::new() };
         self.module.calls.push(Call {
             at,
@@ -235,6 +233,7 @@ impl Parser<'_> {
             arguments,
             site,
             wanted,
+            is_value,
             target: Target::default(),
             given: Vec::new(),
         });

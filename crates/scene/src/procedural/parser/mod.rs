@@ -76,6 +76,8 @@ struct Parser<'t> {
     aliases: HashSet<&'t str>,
     /// Values of which a `let` is all that stands behind what it is for, and where the first of each is.
     lone: HashMap<&'t str, At>,
+    /// Where a `let` of a block reads what it names, of which there may be another in the file.
+    own: HashSet<At>,
 }
 
 impl<'t> Parser<'t> {
@@ -95,6 +97,7 @@ impl<'t> Parser<'t> {
             declared: Declared::default(),
             aliases: HashSet::new(),
             lone: HashMap::new(),
+            own: HashSet::new(),
         }
     }
 
@@ -310,6 +313,23 @@ impl<'t> Parser<'t> {
         let at = self.peek().at;
         let of = self.expression()?;
         Ok(Written { at, of })
+    }
+
+    /// The value of something that is called so, and where it reads that.
+    fn value_of(&mut self, name: &str) -> Parsed<(Written, Vec<At>)> {
+        let first = self.module.uses.len();
+        let value = self.written()?;
+        let own = self.module.uses[first..].iter().filter(|used| used.name == name);
+        Ok((value, own.map(|used| used.at).collect()))
+    }
+
+    /// The same of something of the whole file, which must not read itself.
+    fn value_without(&mut self, name: &str) -> Parsed<Written> {
+        let (value, own) = self.value_of(name)?;
+        match own.first() {
+            Some(at) => Err((*at, Problem::OfItself(name.to_owned()))),
+            None => Ok(value),
+        }
     }
 
     /// Arguments in brackets.

@@ -194,7 +194,8 @@ impl<'t> Parser<'t> {
             "let" => {
                 let (name, _) = self.name("a name for the value")?;
                 self.expect_for("=", usage::VALUE)?;
-                let value = self.written()?;
+                let (value, own) = self.value_of(name)?;
+                self.own.extend(own);
                 let slot = self.bind(name);
                 Ok(Statement::Let {
                     at: token.at,

@@ -1,6 +1,7 @@
 //! Behaviour of the language: what grows out of a text.
 
 mod bounded;
+mod foreign;
 mod placed;
 mod told;
 

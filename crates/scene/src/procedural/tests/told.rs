@@ -73,7 +73,8 @@ fn what_is_wrong_is_said_with_its_place_and_a_way_out() {
         ("box(1, 1, 1", "line 1, column 4: this `(` has no `)`"),
         (
             "box(1, 1, 1) §",
-            "line 1, column 14: `§` means nothing here; comments begin with `//`, colours with `#`",
+            "line 1, column 14: `§` (U+00A7) means nothing here; such signs stand in texts between `\"` and in comments behind `//`, and \
+             nowhere else",
         ),
         (
             "let a = [1, 2]\nbox(a[2], 1, 1)",

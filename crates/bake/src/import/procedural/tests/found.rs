@@ -6,9 +6,12 @@ use serde_json::json;
 use super::super::{Ground, measure, plant};
 use super::{Beside, GATE, names, read, rules};
 use crate::cells::author;
+use crate::defect::Defects;
 use crate::growable::Growable;
+use crate::import::split::SplitSettings;
 use crate::import::testing::Gltf;
 use crate::import::{Limits, SourceFiles};
+use crate::pipeline::as_published;
 use crate::progress::Silent;
 
 #[test]
@@ -149,12 +152,17 @@ fn no_mistake_of_rules_at_a_node_ends_the_import() {
         (
             json!({"procedural": "sub/gate.dcg", "parameters": {"height": "2"}}),
             "`parameters` that are not numbers or lists of them: not grown",
-            "sub/gate.dcg: `height` is \"2\"; write a number or a list of numbers",
+            "sub/gate.dcg: `height` is \"2\"; write `2`",
+        ),
+        (
+            json!({"procedural": "sub/gate.dcg", "parameters": {"height": "tall"}}),
+            "`parameters` that are not numbers or lists of them: not grown",
+            "sub/gate.dcg: `height` is \"tall\"; write a number or a list of numbers",
         ),
         (
             json!({"procedural": "sub/gate.dcg", "parameters": {"height": "#f00"}}),
             "`parameters` that are not numbers or lists of them: not grown",
-            "sub/gate.dcg: `height` is \"#f00\"; write `[1,0,0]`",
+            "sub/gate.dcg: `height` is \"#f00\"; write a number, or, where a colour is wanted, `[1,0,0]`",
         ),
         (
             json!({"procedural": "sub/gate.dcg", "parameters": [2]}),
@@ -242,7 +250,7 @@ fn what_keeps_a_model_from_being_grown_alone_is_counted() {
     let growable = Growable::of(&scene);
     assert_eq!(
         growable.sentence().unwrap(),
-        "2 of 6 models can be grown by clients; 1 takes what its caller paints it with: let the part paint itself, with a parameter for \
+        "2 of 6 published models can be grown by clients; 1 takes what its caller paints it with: let the part paint itself, with a parameter for \
          what differs; 1 is what `called` names: draw it in a `part`, and call that behind `called`; 1 holds other parts, glTF \
          files or something `called`: let a rule place parts side by side; 1 comes from a glTF file"
     );
@@ -250,28 +258,39 @@ fn what_keeps_a_model_from_being_grown_alone_is_counted() {
     let text = "part hall() { called \"cell:a\" {} box(1, 1, 1) } hall()";
     assert_eq!(
         Growable::of(&rules(text, &[]).unwrap().scene).sentence().unwrap(),
-        "0 of 1 model can be grown by clients; 1 holds other parts, glTF files or something `called`, as `hall`: let a rule place parts \
+        "0 of 1 published model can be grown by clients; 1 holds other parts, glTF files or something `called`, as `hall`: let a rule place parts \
          side by side"
     );
     let text = "part own() { box(1, 1, 1) } box(1, 2, 1) move(4, 0, 0) own()";
     assert_eq!(
         Growable::of(&rules(text, &[]).unwrap().scene).sentence().unwrap(),
-        "1 of 2 models can be grown by clients; 1 is drawn outside of parts: put it into a `part`"
+        "1 of 2 published models can be grown by clients; 1 is drawn outside of parts: put it into a `part`"
     );
     assert_eq!(
         Growable::of(&rules("box(1, 1, 1)", &[]).unwrap().scene)
             .sentence()
             .unwrap(),
-        "1 of 1 model can be grown by clients"
+        "1 of 1 published model can be grown by clients"
     );
     let text = "part pane(x) { box(x, 1, 1) } paint red for i in 3 move(2 * i, 0, 0) pane(i + 1) material red {}";
     assert_eq!(
         Growable::of(&rules(text, &[]).unwrap().scene).sentence().unwrap(),
-        "0 of 3 models can be grown by clients; 3 take what their caller paints them with, as `pane`: let the part paint itself, \
+        "0 of 3 published models can be grown by clients; 3 take what their caller paints them with, as `pane`: let the part paint itself, \
          with a parameter for what differs"
     );
     let plain = read("a.glb", Gltf::triangle().glb(), &[]).unwrap();
     assert_eq!(Growable::of(&plain.scene).sentence(), None);
+}
+
+/// Before a bake and after it: equal ones are published once.
+#[test]
+fn models_that_are_published_are_counted() {
+    let text = "part own() { box(1, 1, 1) } own() for i in 4 move(2 * i, 0, 9) called \"pot\" sphere(0.5)";
+    let scene = rules(text, &[]).unwrap().scene;
+    assert_eq!(scene.models.len(), 5);
+    let published = as_published(scene, &SplitSettings::default(), &mut Defects::default());
+    let counted = Growable::of(&published);
+    assert_eq!((counted.alone, counted.models), (1, 2));
 }
 
 #[test]

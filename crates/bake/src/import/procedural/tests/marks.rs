@@ -78,3 +78,22 @@ fn a_mark_on_nothing_is_told_of_rules_that_a_node_names_with_their_folder() {
         ]
     );
 }
+
+#[test]
+fn what_is_called_almost_like_a_mark_is_named_with_its_place() {
+    let text = "box(1, 1, 1)\nfor i in 2 move(2 * i, 0, 0)\n  called \"Door:gate\" box(1, 2, 0.1)";
+    let told: Vec<_> = rules(text, &[]).unwrap().defects.iter().collect();
+    assert_eq!(told.len(), 1);
+    assert!(told[0].kind.starts_with("name that looks as if it marked something"));
+    assert_eq!(
+        (told[0].count, told[0].first.as_str()),
+        (1, "world.dcg, line 3, column 3: \"Door:gate\" looks like `door:`")
+    );
+    let mut gltf = Gltf::triangle();
+    gltf.json["nodes"][0]["name"] = "cell :hall".into();
+    let told: Vec<_> = read("hall.glb", gltf.glb(), &[]).unwrap().defects.iter().collect();
+    assert_eq!(
+        (told.len(), told[0].first.as_str()),
+        (1, "\"cell :hall\" looks like `cell:`")
+    );
+}

@@ -78,7 +78,7 @@ fn told(program: &Program, settings: &Settings, measuring: bool, way: Way) -> St
         Way::AtOneGo => {}
         Way::Again => evaluator.plans = program.kept.take().filter(|_| !measuring).unwrap_or(evaluator.plans),
     }
-    match evaluator.finish() {
+    match evaluator.finish(Evaluator::grow_model) {
         // Written out, −0 is another number than 0, and equal digits mean equal bits.
         Ok(Grown {
             parts,
