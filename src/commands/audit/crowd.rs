@@ -89,6 +89,6 @@ impl Press {
 
     /// Whether so little is seen of who stands there that it may be left out.
     pub(super) fn may_leave_out(&self, view: &View, there: [f64; 3]) -> bool {
-        view.of(&self.crowd, there) < SURELY * BACK * self.crowding.cull_below
+        view.of(&self.crowd.spot(there)) < SURELY * BACK * self.crowding.cull_below
     }
 }

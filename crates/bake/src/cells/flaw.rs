@@ -39,8 +39,8 @@ pub enum CellFlaw {
     },
     /// The mesh has a hole.
     #[error(
-        "author's cell `{node}` is not closed: {missing_m2:.3} m² of its surface are missing; close its mesh, or take \
-         its mark `cell:` away"
+        "author's cell `{node}` is not closed: {missing_m2:.3} m² of its surface are missing (shapes with a position that is \
+         not finite are left out); close its mesh, or take its mark `cell:` away"
     )]
     NotClosed {
         /// The name of its node.

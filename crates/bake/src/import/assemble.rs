@@ -124,11 +124,8 @@ impl<'a> Assembly<'_, 'a> {
         item: &Item<'a>,
         (role, skin): (Role, Option<usize>),
     ) -> Result<(), ImportError> {
-        let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
-            return Ok(());
-        };
-        let listed = self.reader.root.listed("meshes", mesh);
-        let Some(mesh_item) = self.reader.settle(listed)? else {
+        let referred = item.referred(&self.reader.root, "mesh", "meshes");
+        let Some((mesh, mesh_item)) = self.reader.settle(referred)?.flatten() else {
             return Ok(());
         };
         // What its mesh asks for, every node of it does.
@@ -219,16 +216,16 @@ impl<'a> Assembly<'_, 'a> {
 
     /// Adds the shape of a node that is not drawn: all triangles of its mesh where they stand.
     fn keep_for_the_bake(&mut self, node: &PlacedNode, item: &Item<'a>, kind: AuthoredKind) -> Result<(), ImportError> {
-        let Some(mesh) = self.reader.settle(item.index("mesh"))?.flatten() else {
+        let referred = item.referred(&self.reader.root, "mesh", "meshes");
+        let Some(referred) = self.reader.settle(referred)? else {
+            return Ok(());
+        };
+        let Some((_, mesh)) = referred else {
             // What is below a node takes its mark over.
             if item.member("children").is_none() {
                 let defect = "author's cell, portal or occluder without a mesh: left out";
                 self.reader.defects.note(defect, 1, || node.name.clone());
             }
-            return Ok(());
-        };
-        let listed = self.reader.root.listed("meshes", mesh);
-        let Some(mesh) = self.reader.settle(listed)? else {
             return Ok(());
         };
         let read = self.read_mesh(&mesh, &mesh, false)?;

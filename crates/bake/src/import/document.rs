@@ -68,6 +68,16 @@ impl<'a> Item<'a> {
         }
     }
 
+    /// The element of the list `list` of a document that a member of this names by its number; none without that member.
+    pub(super) fn referred(&self, root: &Self, key: &str, list: &str) -> Read<Option<(usize, Self)>> {
+        let Some(index) = self.index(key)? else {
+            return Ok(None);
+        };
+        let element = root.listed(list, index);
+        let element = element.map_err(|trouble| trouble.named_by(format!("{}/{key}", self.place)));
+        Ok(Some((index, element?)))
+    }
+
     /// The length of a list that may be missing or no list.
     pub(super) fn length(&self, key: &str) -> usize {
         self.value.get(key).and_then(Value::as_array).map_or(0, Vec::len)

@@ -2,6 +2,8 @@
 
 use belvedere_scene::procedural::DcgError;
 
+use super::json::NoJson;
+
 /// A source that cannot be imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
@@ -22,7 +24,7 @@ pub enum ImportError {
     Zip(String),
     /// The document is no JSON.
     #[error("the glTF document is not valid JSON: {0}")]
-    Json(#[from] serde_json::Error),
+    Json(#[from] NoJson),
     /// The document is JSON, but no glTF.
     #[error("the JSON document is not glTF: {0}")]
     NotGltf(&'static str),
@@ -149,6 +151,19 @@ impl From<ImportError> for Trouble {
 impl From<Flaw> for Trouble {
     fn from(flaw: Flaw) -> Self {
         Self::Flaw(flaw)
+    }
+}
+
+impl Trouble {
+    /// The same of what a member names: whoever mends it looks for the member.
+    pub(super) fn named_by(self, member: String) -> Self {
+        match self {
+            Self::Flaw(Flaw { kind, place }) => Self::Flaw(Flaw {
+                kind,
+                place: format!("{member}, which names {place}"),
+            }),
+            fatal @ Self::Fatal(_) => fatal,
+        }
     }
 }
 

@@ -77,6 +77,12 @@ fn other_versions_and_unknown_required_extensions_are_refused_by_name() {
 }
 
 #[test]
+fn a_mesh_that_is_not_there_is_told_where_it_is_asked_for() {
+    let refused = Gltf::triangle().with("/nodes/0/mesh", json!(3)).refusal();
+    assert!(refused.contains("/nodes/0/mesh, which names /meshes/3"), "{refused}");
+}
+
+#[test]
 fn json_that_is_broken_or_too_deep_is_refused() {
     let deep = format!("{{\"a\":{}", "[".repeat(1_000_000));
     for text in ["{", "{\"asset\": NaN}", &deep] {

@@ -4,7 +4,7 @@
 //! [`SourceScene`] and a count of [`Defects`]. The file may be anything: what can be mended or left out is, and is counted with its first place; what would change the
 //! scene beyond recognition, leave the source's folder or go over the limits is refused with an [`ImportError`].
 //!
-//! A tour, in the order in which data flows: `container` and `archive` find the document and its bytes; `document`
+//! A tour, in the order in which data flows: `container` and `archive` find the document and its bytes; `json` parses it, `document`
 //! reads members of it without trust; `reader` resolves buffers and views, `compression` decodes them; `accessors`
 //! reads numbers; `nodes` and `instances` place objects, `mark` says what for; `primitives`, `topology` and `attributes` check geometry;
 //! `skin` poses it, for pictures of what moves as `animation` and `poses` say; `materials` collects what is used; `impostor` reads what asks for pictures, `extras` finds wishes that nobody reads. [`split`] then cuts sprawling meshes into objects.
@@ -28,6 +28,7 @@ mod extras;
 mod finish;
 pub(crate) mod impostor;
 mod instances;
+mod json;
 mod large;
 mod limits;
 mod local;
@@ -57,6 +58,7 @@ mod scenes_tests;
 mod testing;
 
 pub use error::{FileError, ImportError};
+pub use json::NoJson;
 pub use limits::Limits;
 
 use std::collections::BTreeMap;
@@ -262,7 +264,7 @@ impl Document {
         let parse = |text: &[u8]| -> Result<Value, ImportError> {
             let text = without_byte_order_mark(text);
             budget.claim(parsed_bytes(text), 1, || "the glTF document".into())?;
-            Ok(serde_json::from_slice(text)?)
+            Ok(json::parsed(text)?)
         };
         match detect(file_name, &bytes) {
             Format::Json => Ok(Self {

@@ -56,6 +56,15 @@ pub(crate) struct Square {
     pub(crate) side_m: f64,
 }
 
+/// Where somebody is in a crowd: found once for all who look.
+#[derive(Debug, Clone, Copy)]
+pub struct Spot {
+    leaf: node::Leaf,
+    /// Of the leaf.
+    square: Square,
+    height_m: f64,
+}
+
 /// A mover seen from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Disc {

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use belvedere_scene::{Bounds, ObjectId, foliage::Foliage};
 
 use super::{
-    Disc, Square,
+    Disc, Spot, Square,
     foliage::Plants,
     node::{Leaf, Node},
     solidity::solidity,
@@ -110,6 +110,17 @@ impl Crowd {
             at = children[upper(0) + 2 * upper(1)];
         }
         at
+    }
+
+    /// Where this is, for [`View::of`](super::View::of).
+    #[must_use]
+    pub fn spot(&self, [x, height_m, z]: [f64; 3]) -> Spot {
+        let leaf = self.leaf_at([x, z]);
+        Spot {
+            leaf,
+            square: self.nodes[leaf].square,
+            height_m,
+        }
     }
 
     fn stand(&mut self, object: ObjectId, leaf: Leaf) {

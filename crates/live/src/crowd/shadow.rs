@@ -51,8 +51,19 @@ impl Shadow {
         if !self.is_beyond(square) {
             return 0.0;
         }
-        let corners = square.corners().map(|corner| from(self.eye, corner)).to_vec();
-        let inside = clip(corners, |p| cross(self.right, p));
+        let corners = square.corners().map(|corner| from(self.eye, corner));
+        // Most squares lie wholly beyond one of the lines, or between them.
+        let inside = [
+            corners.map(|corner| cross(self.right, corner)),
+            corners.map(|corner| cross(corner, self.left)),
+        ];
+        if inside.iter().any(|of_line| of_line.iter().all(|depth| *depth <= 0.0)) {
+            return 0.0;
+        }
+        if inside.iter().flatten().all(|depth| *depth >= 0.0) {
+            return 1.0;
+        }
+        let inside = clip(corners.to_vec(), |p| cross(self.right, p));
         let inside = clip(inside, |p| cross(p, self.left));
         (area(&inside) / (square.side_m * square.side_m)).clamp(0.0, 1.0)
     }

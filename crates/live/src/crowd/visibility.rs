@@ -3,9 +3,9 @@
 //! Each cell that is reached keeps of itself, for each shadow met so far, what lies beside it and what the occluder's gaps leave:
 //! its *visibility value* is the product of 1 − share · solidity. Then it casts a shadow itself.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeSet;
 
-use super::{Crowd, Square, node::Leaf, shadow::Shadow};
+use super::{Crowd, Spot, Square, node::Leaf, shadow::Shadow};
 
 /// A cell that is less solid casts no shadow.
 const LEAST_SOLIDITY: f64 = 0.02;
@@ -17,7 +17,10 @@ const HIDDEN: f64 = 1e-3;
 pub struct View {
     /// The observer's height.
     height_m: f64,
-    values: BTreeMap<Leaf, Value>,
+    /// Those that were reached, rising …
+    leaves: Vec<Leaf>,
+    /// … and what is seen of each.
+    values: Vec<Value>,
 }
 
 /// What is seen of a leaf.
@@ -36,15 +39,13 @@ impl View {
     pub fn from(crowd: &mut Crowd, eye: [f64; 3], radius_m: f64) -> Self {
         crowd.settle();
         let (point, height_m) = ([eye[0], eye[2]], eye[1]);
-        let mut view = Self {
-            height_m,
-            values: BTreeMap::new(),
-        };
         let mut shadows: Vec<Shadow> = Vec::new();
-        let mut queue = VecDeque::from([crowd.leaf_at(point)]);
-        let mut met: std::collections::BTreeSet<_> = queue.iter().copied().collect();
-        while let Some(leaf) = queue.pop_front() {
-            let node = &crowd.nodes[leaf];
+        // Each with what is seen of it, as far as that is known: in the order in which they were met.
+        let mut met = vec![crowd.leaf_at(point)];
+        let mut is_met: BTreeSet<Leaf> = met.iter().copied().collect();
+        let mut values: Vec<Value> = Vec::new();
+        while let Some(leaf) = met.get(values.len()) {
+            let node = &crowd.nodes[*leaf];
             let (mut value, mut heights) = (1.0, [f64::NEG_INFINITY, f64::INFINITY]);
             for shadow in &shadows {
                 let share = shadow.share(&node.square);
@@ -56,12 +57,11 @@ impl View {
                     break;
                 }
             }
-            let seen = Value {
+            values.push(Value {
                 square: node.square,
                 share: value,
                 heights,
-            };
-            view.values.insert(leaf, seen);
+            });
             // What is hidden itself hides little that is not.
             if let Some(hiding) = node.hides_at(height_m)
                 && hiding.solidity >= LEAST_SOLIDITY
@@ -73,21 +73,27 @@ impl View {
                 .beside
                 .iter()
                 .filter(|other| crowd.nodes[**other].square.distance_m(point) <= radius_m);
-            queue.extend(near.filter(|other| met.insert(**other)));
+            met.extend(near.filter(|other| is_met.insert(**other)));
         }
-        view
+        let mut seen: Vec<_> = met.into_iter().zip(values).collect();
+        seen.sort_unstable_by_key(|(leaf, _)| *leaf);
+        let (leaves, values) = seen.into_iter().unzip();
+        Self {
+            height_m,
+            leaves,
+            values,
+        }
     }
 
     /// The share that one sees of somebody there: 1 where nothing is known to hide, such as in leaves that are newer than the view.
     #[must_use]
-    pub fn of(&self, crowd: &Crowd, position: [f64; 3]) -> f64 {
-        let leaf = crowd.leaf_at([position[0], position[2]]);
-        let square = crowd.nodes[leaf].square;
-        let Some(seen) = self.values.get(&leaf).filter(|seen| seen.square == square) else {
+    pub fn of(&self, spot: &Spot) -> f64 {
+        let seen = self.leaves.binary_search(&spot.leaf).map(|at| &self.values[at]);
+        let Some(seen) = seen.ok().filter(|seen| seen.square == spot.square) else {
             return 1.0;
         };
         let within = |height_m: f64| seen.heights[0] <= height_m && height_m <= seen.heights[1];
-        if within(position[1]) && within(self.height_m) {
+        if within(spot.height_m) && within(self.height_m) {
             seen.share
         } else {
             1.0
@@ -140,15 +146,17 @@ mod tests {
     fn the_deeper_in_a_crowd_the_less_is_seen_and_above_it_all() {
         let mut crowd = crowd(&rows(40.0, 20));
         let view = View::from(&mut crowd, [20.0, 1.5, 64.0], 200.0);
-        let values: Vec<_> = [40.0, 50.0, 60.0, 68.0].map(|x| view.of(&crowd, [x, 1.5, 64.0])).into();
+        let values: Vec<_> = [40.0, 50.0, 60.0, 68.0]
+            .map(|x| view.of(&crowd.spot([x, 1.5, 64.0])))
+            .into();
         assert!(
             values[0] > 0.9 && values[1] < 0.5 && values[2] < 0.1 && values[3] < 0.1,
             "{values:?}"
         );
-        assert_eq!(view.of(&crowd, [60.0, 9.0, 64.0]), 1.0, "on a balcony");
+        assert_eq!(view.of(&crowd.spot([60.0, 9.0, 64.0])), 1.0, "on a balcony");
         let above = View::from(&mut crowd, [20.0, 9.0, 64.0], 200.0);
-        assert_eq!(above.of(&crowd, [68.0, 1.5, 64.0]), 1.0, "from a balcony");
-        assert_eq!(view.of(&crowd, [20.0, 1.5, 100.0]), 1.0, "beside it");
+        assert_eq!(above.of(&crowd.spot([68.0, 1.5, 64.0])), 1.0, "from a balcony");
+        assert_eq!(view.of(&crowd.spot([20.0, 1.5, 100.0])), 1.0, "beside it");
     }
 
     /// Squares of 4 m that are so solid up to 3 m.
@@ -171,14 +179,14 @@ mod tests {
         let mut crowd = crowd(&[]);
         crowd.plant(&hedge(&(0..32).map(|z| [10, z]).collect::<Vec<_>>(), 0.5));
         let view = View::from(&mut crowd, [20.0, 1.5, 64.0], 200.0);
-        let seen = [(60.0, 1.5), (30.0, 1.5), (60.0, 4.0)].map(|(x, y)| view.of(&crowd, [x, y, 64.0]));
+        let seen = [(60.0, 1.5), (30.0, 1.5), (60.0, 4.0)].map(|(x, y)| view.of(&crowd.spot([x, y, 64.0])));
         assert!((0.3..0.8).contains(&seen[0]), "{seen:?}");
         assert_eq!(seen[1..], [1.0; 2], "before it and above");
         let above = View::from(&mut crowd, [20.0, 4.0, 64.0], 200.0);
-        assert_eq!(above.of(&crowd, [60.0, 1.5, 64.0]), 1.0, "over it");
+        assert_eq!(above.of(&crowd.spot([60.0, 1.5, 64.0])), 1.0, "over it");
         let people: Vec<_> = (0..40).map(|z| [42.0, 44.0 + f64::from(z)]).collect();
         stand(&mut crowd, &people);
-        let both = View::from(&mut crowd, [20.0, 1.5, 64.0], 200.0).of(&crowd, [60.0, 1.5, 64.0]);
+        let both = View::from(&mut crowd, [20.0, 1.5, 64.0], 200.0).of(&crowd.spot([60.0, 1.5, 64.0]));
         assert!(both < seen[0], "people in it hide more: {both}");
     }
 
@@ -186,7 +194,7 @@ mod tests {
     fn who_moves_aside_uncovers_who_is_behind() {
         let mut crowd = crowd(&rows(40.0, 8));
         let eye = [20.0, 1.5, 64.0];
-        let behind = |crowd: &mut Crowd| View::from(crowd, eye, 200.0).of(crowd, [60.0, 1.5, 64.0]);
+        let behind = |crowd: &mut Crowd| View::from(crowd, eye, 200.0).of(&crowd.spot([60.0, 1.5, 64.0]));
         let before = behind(&mut crowd);
         (0..60 * 8).map(ObjectId).for_each(|object| crowd.take(object));
         assert!(before < 0.7 && behind(&mut crowd) == 1.0, "{before}");
@@ -200,7 +208,7 @@ mod tests {
         // The numbers of the leaves that are gone are used again, in front of the observer.
         stand(&mut crowd, &rows(2.0, 8));
         for [x, z] in rows(2.0, 8) {
-            let seen = view.of(&crowd, [x, 1.5, z]);
+            let seen = view.of(&crowd.spot([x, 1.5, z]));
             assert!(seen == 1.0, "{seen} at {x}, {z}");
         }
     }
@@ -211,7 +219,7 @@ mod tests {
         const SIDE: u32 = 24;
         let square = crowd.nodes[target].square;
         let mut value = 1.0;
-        for leaf in view.values.keys().filter(|leaf| **leaf != target) {
+        for leaf in view.leaves.iter().filter(|leaf| **leaf != target) {
             let node = &crowd.nodes[*leaf];
             let Some(hiding) = node.hides_at(1.5) else { continue };
             let Some(shadow) = Shadow::of(eye, &node.square, hiding.solidity, hiding.heights) else {
@@ -240,11 +248,10 @@ mod tests {
         ) {
             let mut crowd = crowd(&people);
             let view = View::from(&mut crowd, [eye[0], 1.5, eye[1]], 1e9);
-            for (leaf, Value { share, .. }) in &view.values {
+            for (leaf, Value { share, .. }) in view.leaves.iter().zip(&view.values) {
                 prop_assert!((0.0..=1.0).contains(share), "{leaf}: {share}");
             }
-            let own = crowd.leaf_at(eye);
-            prop_assert_eq!(view.values[&own].share, 1.0, "nothing hides the observer's own cell");
+            prop_assert_eq!(view.of(&crowd.spot([eye[0], 1.5, eye[1]])), 1.0, "nothing hides the observer's own cell");
         }
 
         #[test]
@@ -258,7 +265,7 @@ mod tests {
             crowd.plant(&hedge(&leaves, 0.3));
             stand(&mut crowd, &people);
             let view = View::from(&mut crowd, [eye[0], 1.5, eye[1]], 1e9);
-            for (leaf, Value { share, .. }) in &view.values {
+            for (leaf, Value { share, .. }) in view.leaves.iter().zip(&view.values) {
                 let least = by_the_letter(&crowd, &view, eye, *leaf);
                 prop_assert!(*share >= least - LAX, "{leaf}: {share} where the rule says {least}");
             }

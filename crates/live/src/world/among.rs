@@ -7,7 +7,7 @@ use super::{World, mover::Mover, session::Session, sight::Judge};
 use crate::{
     Ms,
     cells::distance_m,
-    crowd::{Crowd, Crowding, View},
+    crowd::{Crowding, Spot, View},
     event::{Attention, SessionId},
     pace,
 };
@@ -74,24 +74,34 @@ impl World {
     /// How closely a session follows a mover from now on.
     pub(super) fn attention(&self, id: SessionId, mover: &Mover, away_m: f64, now_ms: Ms) -> Attention {
         let (session, position) = (&self.sessions[&id], mover.position_at(now_ms));
-        let visibility = visibility(session.among.as_deref(), self.crowd.as_ref(), position);
+        let spot = self.crowd.as_ref().map(|crowd| crowd.spot(position));
+        let visibility = visibility(session.among.as_deref(), spot.as_ref());
         attention(mover, away_m, visibility, self.rules.tick_ms)
     }
 }
 
 impl Judge<'_> {
+    /// Where somebody is in the crowd, if one may be lost in it.
+    pub(super) fn spot(&self, at: [f64; 3]) -> Option<Spot> {
+        let culls = self.cull_below() > 0.0;
+        self.crowd.filter(|_| culls).map(|crowd| crowd.spot(at))
+    }
+
     /// Whether so little of what is there is seen that the session need not be told of it.
-    pub(super) fn is_lost_in_crowd(&self, session: &Session, at: [f64; 3], told: bool) -> bool {
-        let cull_below = self.rules.crowd.map_or(0.0, |crowding: Crowding| crowding.cull_below);
-        let least = if told { cull_below } else { BACK * cull_below };
-        let visibility = visibility(session.among.as_deref(), self.crowd, at);
+    pub(super) fn is_lost_in_crowd(&self, session: &Session, spot: Option<&Spot>, told: bool) -> bool {
+        let least = if told { 1.0 } else { BACK } * self.cull_below();
+        let visibility = visibility(session.among.as_deref(), spot);
         visibility.is_some_and(|visibility| visibility < least)
+    }
+
+    fn cull_below(&self) -> f64 {
+        self.rules.crowd.map_or(0.0, |crowding: Crowding| crowding.cull_below)
     }
 }
 
 /// The share of somebody that a session sees; none when it stands in no crowd.
-pub(super) fn visibility(among: Option<&Among>, crowd: Option<&Crowd>, position: [f64; 3]) -> Option<f64> {
-    let visibility = among?.view.of(crowd?, position);
+pub(super) fn visibility(among: Option<&Among>, spot: Option<&Spot>) -> Option<f64> {
+    let visibility = among?.view.of(spot?);
     Some((visibility * 100.0).round() / 100.0)
 }
 

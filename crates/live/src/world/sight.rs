@@ -21,7 +21,7 @@ use super::{Rules, World, mover::Mover, session::Session};
 use crate::{
     Ms,
     cells::{Ball, Cells, distance_m},
-    crowd::Crowd,
+    crowd::{Crowd, Spot},
     event::{Gone, SessionId},
 };
 
@@ -153,16 +153,22 @@ pub(super) struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// How a session stands to a mover that it does not drive itself and that is `at` this place now. `since_ms` is when it was
-    /// told of it first, if it is told of it.
-    pub(super) fn sight(&self, session: &Session, mover: &Mover, at: [f64; 3], since_ms: Option<Ms>) -> Sight {
+    /// How a session stands to a mover that it does not drive itself and that is `at` this place now, which is that [spot](Self::spot)
+    /// of the crowd. `since_ms` is when it was told of it first, if it is told of it.
+    pub(super) fn sight(
+        &self,
+        session: &Session,
+        mover: &Mover,
+        (at, spot): ([f64; 3], Option<&Spot>),
+        since_ms: Option<Ms>,
+    ) -> Sight {
         let away_m = distance_m(session.eye.position, at);
         let inside = session
             .aoi
             .holds(away_m, since_ms, self.now_ms, self.rules.shortest_stay_ms);
         let seen = mover.is_awake()
             && session.eye.sees_any(&mover.cells)
-            && !self.is_lost_in_crowd(session, at, since_ms.is_some());
+            && !self.is_lost_in_crowd(session, spot, since_ms.is_some());
         match (seen, inside) {
             (true, true) => Sight::Seen,
             (false, _) if away_m <= session.aoi.leave_m => Sight::Unseen(Gone::Hidden),
@@ -176,7 +182,8 @@ impl World {
     pub(super) fn sight(&self, session: &Session, mover: &Mover, since_ms: Option<Ms>, now_ms: Ms) -> Sight {
         let (rules, crowd) = (&self.rules, self.crowd.as_ref());
         let judge = Judge { rules, crowd, now_ms };
-        judge.sight(session, mover, mover.position_at(now_ms), since_ms)
+        let at = mover.position_at(now_ms);
+        judge.sight(session, mover, (at, judge.spot(at).as_ref()), since_ms)
     }
 
     /// A mover has come that reaches so far: all who look must look as far.

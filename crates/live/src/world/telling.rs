@@ -11,7 +11,7 @@ use super::{World, among, each_session, mover::Mover, session::Session};
 use crate::{
     Ms,
     cells::distance_m,
-    crowd::Crowd,
+    crowd::{Crowd, Spot},
     event::{Event, ObjectPose, Period, SessionId},
     motion::Pose,
     pace,
@@ -19,8 +19,10 @@ use crate::{
 
 /// About what a pose takes in the stream, and counts of what a session may be told.
 pub const POSE_BYTES: f64 = 200.0;
-/// So many movers are at hand.
-const AT_HAND: usize = 64;
+/// As many movers are at hand as are awake, but no fewer …
+const FEW_AT_HAND: usize = 1 << 6;
+/// … and no more than this.
+const MANY_AT_HAND: usize = 1 << 14;
 
 impl World {
     /// Sends poses to the sessions for which something may have changed.
@@ -30,8 +32,12 @@ impl World {
         let mut teller = Teller {
             now_ms,
             tick_ms: self.rules.tick_ms,
-            movers: Lately::of(&self.movers),
-            crowd: self.crowd.as_ref(),
+            movers: Lately {
+                all: &self.movers,
+                crowd: self.crowd.as_ref(),
+                now_ms,
+                some: vec![None; at_hand(self.awake.len())],
+            },
             due: Vec::new(),
             poses: Vec::new(),
             last: None,
@@ -55,7 +61,6 @@ struct Teller<'a> {
     now_ms: Ms,
     tick_ms: Ms,
     movers: Lately<'a>,
-    crowd: Option<&'a Crowd>,
     due: Vec<Due>,
     poses: Vec<ObjectPose>,
     /// What the last session was told.
@@ -77,10 +82,9 @@ impl Teller<'_> {
             if !shown.known || stays && shown.rests {
                 continue;
             }
-            let mover = self.movers.get(*object);
-            let position = mover.position_at(self.now_ms);
-            let away_m = distance_m(eye, position);
-            let seen = among::visibility(session.among.as_deref(), self.crowd, position);
+            let Found { mover, position, spot } = self.movers.get(*object);
+            let away_m = distance_m(eye, *position);
+            let seen = among::visibility(session.among.as_deref(), spot.as_ref());
             // It changes only when the mover is well beyond the border.
             let [nearer, further] = [0.9, 1.1].map(|x| among::attention(mover, x * away_m, seen, self.tick_ms));
             // Of whom its reader does not know yet that it is there again, nothing else is said before.
@@ -154,25 +158,39 @@ impl Teller<'_> {
 /// Movers of which some were looked up lately.
 struct Lately<'a> {
     all: &'a BTreeMap<ObjectId, Box<Mover>>,
+    crowd: Option<&'a Crowd>,
+    now_ms: Ms,
     /// By the last digits of their ids.
-    some: [Option<(ObjectId, &'a Mover)>; AT_HAND],
+    some: Vec<Option<(ObjectId, Found<'a>)>>,
+}
+
+/// What was found of a mover.
+#[derive(Clone)]
+struct Found<'a> {
+    mover: &'a Mover,
+    /// Where it is by now, and where that is in the crowd.
+    position: [f64; 3],
+    spot: Option<Spot>,
+}
+
+/// So many are at hand where so many are awake.
+fn at_hand(awake: usize) -> usize {
+    awake.next_power_of_two().clamp(FEW_AT_HAND, MANY_AT_HAND)
 }
 
 impl<'a> Lately<'a> {
-    fn of(all: &'a BTreeMap<ObjectId, Box<Mover>>) -> Self {
-        let some = [None; AT_HAND];
-        Self { all, some }
-    }
-
-    fn get(&mut self, object: ObjectId) -> &'a Mover {
-        let place = &mut self.some[object.0 as usize % AT_HAND];
-        match place {
-            Some((held, mover)) if *held == object => mover,
-            _ => {
-                let mover = &*self.all[&object];
-                *place = Some((object, mover));
-                mover
-            }
+    fn get(&mut self, object: ObjectId) -> &Found<'a> {
+        let many = self.some.len();
+        let place = &mut self.some[object.0 as usize % many];
+        if place.as_ref().is_some_and(|(held, _)| *held != object) {
+            *place = None;
         }
+        let (_, found) = place.get_or_insert_with(|| {
+            let mover = &*self.all[&object];
+            let position = mover.position_at(self.now_ms);
+            let spot = self.crowd.map(|crowd| crowd.spot(position));
+            (object, Found { mover, position, spot })
+        });
+        found
     }
 }

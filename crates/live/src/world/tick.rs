@@ -101,18 +101,26 @@ impl World {
             crowd: self.crowd.as_ref(),
             now_ms,
         };
+        let spot = judge.spot(at);
+        let mut shown_to = mover.shown_to.iter().peekable();
         let mut changed = Vec::new();
         each_session(&mut self.sessions, sessions, |id, session| {
-            session.unsettle(id, &mut self.unsettled);
             if mover.owner == Some(id) {
+                session.unsettle(id, &mut self.unsettled);
                 return;
             }
-            let shown = session.shown.get_mut(&object);
+            while shown_to.next_if(|other| **other < id).is_some() {}
+            let is_shown = shown_to.next_if(|other| **other == id).is_some();
+            let shown = if is_shown { session.shown.get_mut(&object) } else { None };
             let since_ms = shown.map(|shown| {
                 shown.rests = false;
                 shown.since_ms
             });
-            match (judge.sight(session, mover, at, since_ms), since_ms) {
+            let sight = judge.sight(session, mover, (at, spot.as_ref()), since_ms);
+            if is_shown || sight == Sight::Seen {
+                session.unsettle(id, &mut self.unsettled);
+            }
+            match (sight, since_ms) {
                 (Sight::Seen, None) => changed.push((id, None)),
                 (Sight::Unseen(reason), Some(_)) => changed.push((id, Some(reason))),
                 // Who is beyond the area and only stays for the shortest stay must be looked at again.
