@@ -27,6 +27,8 @@ pub(super) struct Counted<S> {
 struct Tally {
     asked: u64,
     answered: u64,
+    /// A range was answered with something else: no other is asked for.
+    refuses_ranges: bool,
     /// Files that have failed, however often.
     failed: BTreeSet<String>,
     first: String,
@@ -89,8 +91,9 @@ impl<S> Counted<S> {
         let answer = answer.await;
         let mut tally = self.tally();
         tally.answered += 1;
+        tally.refuses_ranges |= matches!(answer, Err(Error::Range { .. }));
         if let Err(cause) = &answer
-            && !comes_otherwise(path, cause)
+            && (tally.refuses_ranges || !comes_otherwise(path, cause))
         {
             if tally.failed.is_empty() {
                 tally.first = cause.to_string();
@@ -102,7 +105,8 @@ impl<S> Counted<S> {
     }
 }
 
-/// Whether a part of something else is asked for next: a rung that is not there stands in its stream, and what becomes of that counts.
+/// Whether a part of something else is asked for next, as long as ranges are: a rung that is not there stands in its stream, and what
+/// becomes of that counts.
 fn comes_otherwise(path: &str, cause: &Error) -> bool {
     let is_absent = matches!(cause, Error::Missing(_) | Error::Refused { .. });
     is_absent && path.parse::<RungName>().is_ok()
@@ -185,6 +189,25 @@ mod tests {
         source.get_range(Ask::of(&path), 0..3).await.unwrap_err();
         let said = format!("1 file has failed so far, first: there is nothing at {path}");
         assert_eq!(news(), Some(said));
+    }
+
+    #[tokio::test]
+    async fn rungs_that_are_not_there_are_failures_once_no_range_is_asked_for() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let source = Counted::new(belvedere_client::FolderSource::new(folder.path()));
+        let hash = BlobName::of(b"a stream", "slod").expect("a name").hash();
+        let rungs = [0, 1].map(|number| RungName { hash, number }.to_string());
+        source.get(&rungs[0]).await.unwrap_err();
+        let refused = async {
+            Err::<(), _>(Error::Range {
+                path: "/o/a.slod".to_owned(),
+                cause: "with 418".to_owned(),
+            })
+        };
+        source.count("/o/a.slod", refused).await.unwrap_err();
+        assert_eq!(source.tally().failed.len(), 1);
+        source.get(&rungs[1]).await.unwrap_err();
+        assert_eq!(source.tally().failed.len(), 2);
     }
 
     /// A source that keeps one thing, until it is told to forget it.

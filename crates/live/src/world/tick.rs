@@ -102,7 +102,8 @@ impl World {
             now_ms,
         };
         let spot = judge.spot(at);
-        let mut shown_to = mover.shown_to.iter().peekable();
+        let first = sessions.first().into_iter();
+        let mut shown_to = first.flat_map(|first| mover.shown_to.range(first..)).peekable();
         let mut changed = Vec::new();
         each_session(&mut self.sessions, sessions, |id, session| {
             if mover.owner == Some(id) {

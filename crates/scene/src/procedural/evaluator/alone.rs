@@ -13,7 +13,7 @@ use crate::procedural::syntax::At;
 /// with what it is given is told where the part was asked for, if that is known, as is the call in which something is wrong.
 ///
 /// # Errors
-/// As [`grow`].
+/// As [`grow`](super::grow).
 pub fn grow_part(
     program: &Program,
     (recipe, asked): (&Recipe, Option<SaidInFile>),
@@ -25,7 +25,7 @@ pub fn grow_part(
 /// The same for somebody who wants to know how far it is.
 ///
 /// # Errors
-/// As [`grow`].
+/// As [`grow`](super::grow).
 pub fn grow_part_watched(
     program: &Program,
     (recipe, asked): (&Recipe, Option<SaidInFile>),
