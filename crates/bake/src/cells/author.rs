@@ -366,7 +366,7 @@ impl Checked {
             },
             Unbounded::Open => CellFlaw::NotClosed {
                 node: self.node.clone(),
-                missing_m2: (box_area_m2(&self.bounds) - self.faces.iter().map(drawn_m2).sum::<f64>()).max(0.0),
+                missing_m2: None,
             },
         })?;
         let mut missing_m2 = 0.0;
@@ -385,16 +385,11 @@ impl Checked {
         if missing_m2 > self.tolerance_m * self.bounds.diagonal_m() {
             return Err(CellFlaw::NotClosed {
                 node: self.node.clone(),
-                missing_m2,
+                missing_m2: Some(missing_m2),
             });
         }
         Ok(hull)
     }
-}
-
-fn box_area_m2(bounds: &Bounds) -> f64 {
-    let [x, y, z] = bounds.size_m();
-    2.0 * (x * y + y * z + z * x)
 }
 
 pub(super) fn height(half: &HalfSpace, point: &DVec3) -> f64 {

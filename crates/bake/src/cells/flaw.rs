@@ -39,14 +39,15 @@ pub enum CellFlaw {
     },
     /// The mesh has a hole.
     #[error(
-        "author's cell `{node}` is not closed: {missing_m2:.3} m² of its surface are missing (shapes with a position that is \
-         not finite are left out); close its mesh, or take its mark `cell:` away"
+        "author's cell `{node}` is not closed: of its surface, {} missing (shapes with a position that is not finite are \
+         left out); close its mesh, or take its mark `cell:` away",
+        told_area(*missing_m2)
     )]
     NotClosed {
         /// The name of its node.
         node: String,
-        /// How much of its surface is missing.
-        missing_m2: f64,
+        /// How much of its surface is missing; none where a whole side is, so that nothing says how far it would reach.
+        missing_m2: Option<f64>,
     },
     /// The mesh has a dent.
     #[error(
@@ -98,4 +99,11 @@ impl CellFlaw {
         let said = said.clone();
         AuthorError { flaw: self, said }
     }
+}
+
+fn told_area(missing_m2: Option<f64>) -> String {
+    missing_m2.map_or_else(
+        || "a whole side is".to_owned(),
+        |area_m2| format!("{area_m2:.3} m² are"),
+    )
 }
