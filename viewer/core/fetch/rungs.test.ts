@@ -31,6 +31,12 @@ const OTHER = stream(100);
 
 const kept: Answer = ({ bytes }, range) => partOf(bytes, range);
 const ignored: Answer = ({ bytes }) => new Response(bytes);
+const damaged: Answer = ({ bytes }) => new Response(bytes.map((byte, i) => (i === 50 ? byte ^ 1 : byte)));
+const cut: Answer = ({ bytes }) => {
+  const halves = [() => bytes.slice(0, 30), () => Promise.reject(new TypeError("cut"))].values();
+  const pull = async (to: ReadableStreamDefaultController<Uint8Array>) => to.enqueue(await halves.next().value?.());
+  return new Response(new ReadableStream({ pull }));
+};
 const gone: Answer = () => new Response("", { status: 404 });
 
 /** A part of so many bytes that is said to stand there. */
@@ -115,11 +121,29 @@ describe("a rung that is not there", () => {
   });
 
   it("does not come out of a stream that is not what its name promises, which is asked for twice", async () => {
-    const damaged: Answer = ({ bytes }) => new Response(bytes.map((byte, i) => (i === 50 ? byte ^ 1 : byte)));
     const { asked, ask, queue } = tree(damaged);
     await expect(ask(FIRST, 0)).rejects.toMatchObject({ kind: "corrupt", url: FIRST.url });
     expect(asked).toEqual([FIRST.rung(0), ...Array(2).fill(`${FIRST.url} bytes=0-9`)]);
     expect(queue.cost_bytes({ url: FIRST.rung(1), bytes: 20 })).toBeGreaterThan(0);
+  });
+
+  it.each(Object.entries({ damaged, cut }))(
+    "of which all comes %s says nothing of other streams, which are asked for parts next",
+    async (_, bad) => {
+      const { asked, ask, queue } = tree((...how) => (how[0] === FIRST ? bad(...how) : kept(...how)));
+      await expect(ask(FIRST, 0)).rejects.toBeInstanceOf(Error);
+      expect(queue.cost_bytes({ url: OTHER.rung(0), bytes: 10 })).toBeLessThan(1e9);
+      expect(await ask(OTHER, 0)).toEqual(OTHER.part(0));
+      expect(asked.at(-1)).toBe(`${OTHER.url} bytes=0-9`);
+    },
+  );
+
+  it("comes as a range at the second try where all of its stream broke off at the first, and so do others", async () => {
+    let tries = 0;
+    const { asked, ask } = tree((...how) => (tries++ === 0 ? cut(...how) : kept(...how)));
+    expect(await ask(FIRST, 0)).toEqual(FIRST.part(0));
+    expect(await ask(OTHER, 0)).toEqual(OTHER.part(0));
+    expect(asked.slice(1)).toEqual([...Array(2).fill(`${FIRST.url} bytes=0-9`), `${OTHER.url} bytes=0-9`]);
   });
 
   const lies: Record<string, Answer> = {

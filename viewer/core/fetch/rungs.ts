@@ -32,6 +32,8 @@ export class Rungs {
   private hasNone = false;
   /** Whether ranges were found to be answered with that, or with all of the file. */
   private ranges: "unknown" | "kept" | "ignored" = "unknown";
+  /** Whether all of a stream came in place of a range, and was what its name promises: who ignored a range so is asked for no other. */
+  private isProven = false;
   /** They were answered with something else. */
   private refusal: FetchError | undefined;
   /** Where ranges are ignored, the last stream that came whole, which no budget of memory counts. */
@@ -93,14 +95,14 @@ export class Rungs {
       const bytes = await this.carry(download, hooks, { url, manner: { span: within, begins } });
       this.hasNone = true;
       if (!download.comesWhole) return bytes;
+      this.ranges = "ignored";
+      this.isProven = true;
       this.whole = { url, bytes };
       return bytes.slice(from, to);
     } catch (error) {
-      if (error instanceof FetchError && error.kind === "range") {
-        this.refusal = error;
-        // It looked as if all came, and did not.
-        this.ranges = "unknown";
-      }
+      if (error instanceof FetchError && error.kind === "range") this.refusal = error;
+      // It looked as if all came, and did not.
+      if (this.ranges === "ignored" && !this.isProven) this.ranges = "unknown";
       throw error;
     } finally {
       this.asked.delete(url);
@@ -108,10 +110,9 @@ export class Rungs {
     }
   }
 
-  /** An answer begins. Who ignored a range once is asked for no other. */
+  /** An answer begins. That all of a stream comes is believed as long as it goes well. */
   private learn(isAll: boolean): void {
-    if (isAll) this.ranges = "ignored";
-    else if (this.ranges === "unknown") this.ranges = "kept";
+    if (!this.isProven) this.ranges = isAll ? "ignored" : "kept";
     this.turn.open();
   }
 
