@@ -165,9 +165,10 @@ export class Carrier {
       const own = new AbortController();
       runners.add(own);
       if (controller.signal.aborted) callOff();
-      const manner = { ...way?.manner, cache: how, signal: own.signal, stall_ms, quiet };
+      const manner = { span: way?.span, cache: how, signal: own.signal, stall_ms, quiet };
       const take: Receive = (piece, isAll) => {
         if (!winner && isBundle) this.patience.wasInVain();
+        if (!winner) way?.begins(isAll);
         winner ??= own;
         for (const other of runners) if (other !== winner) other.abort();
         if (winner === own) receive(piece, isAll);

@@ -4,7 +4,7 @@ import { partOf } from "../../test/serve.ts";
 import type { Shelf } from "../shelf/shelf.ts";
 import { PRIORITY } from "../strategy/priority.ts";
 import type { Within } from "./download.ts";
-import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
+import { FETCH_DEFAULTS, FetchQueue, type FetchQueueOptions } from "./fetchqueue.ts";
 import { RequestLog } from "./requestlog.ts";
 import type { Fetch } from "./transfer.ts";
 import { webCryptoDigest } from "./verify.ts";
@@ -33,9 +33,9 @@ const kept: Answer = ({ bytes }, range) => partOf(bytes, range);
 const ignored: Answer = ({ bytes }) => new Response(bytes);
 const damaged: Answer = ({ bytes }) => new Response(bytes.map((byte, i) => (i === 50 ? byte ^ 1 : byte)));
 const cut: Answer = ({ bytes }) => {
-  const halves = [() => bytes.slice(0, 30), () => Promise.reject(new TypeError("cut"))].values();
-  const pull = async (to: ReadableStreamDefaultController<Uint8Array>) => to.enqueue(await halves.next().value?.());
-  return new Response(new ReadableStream({ pull }));
+  const half = bytes.slice(0, 30);
+  const start = (body: ReadableStreamDefaultController<Uint8Array>) => body.enqueue(half);
+  return new Response(new ReadableStream({ start, pull: () => Promise.reject(new TypeError("cut")) }));
 };
 const gone: Answer = () => new Response("", { status: 404 });
 
@@ -58,7 +58,7 @@ function shelfOf() {
 }
 
 /** A tree without rungs, which answers ranges so. */
-function tree(answer: Answer, { absent = 404, shelf }: { absent?: number; shelf?: Shelf } = {}) {
+function tree(answer: Answer, { absent = 404, ...options }: { absent?: number } & Partial<FetchQueueOptions> = {}) {
   const asked: string[] = [];
   const fetch: Fetch = async (url, { headers, signal }) => {
     const range = new Headers(headers).get("Range");
@@ -68,7 +68,7 @@ function tree(answer: Answer, { absent = 404, shelf }: { absent?: number; shelf?
   };
   const log = new RequestLog(() => 0);
   const digest = webCryptoDigest();
-  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, digest, fetch, log, shelf });
+  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, digest, fetch, log, ...options });
   const watcher = { lost: vi.fn(), answered: vi.fn(), missing: vi.fn() };
   queue.watch(watcher);
   const ask = async (of: Stream, number: number, isNeeded = false) => {
@@ -198,6 +198,19 @@ function held() {
   return { hold, answer: (response: Response) => answer(response), isCalledOff: () => isCalledOff };
 }
 
+/** An answer that has begun, and comes when told to. */
+function begun(init: ResponseInit = {}) {
+  let body: ReadableStreamDefaultController<Uint8Array> | undefined;
+  const start = (controller: typeof body) => {
+    body = controller;
+  };
+  const response = new Response(new ReadableStream({ start }), init);
+  return { response, comes: (bytes: Uint8Array) => body?.enqueue(bytes), ends: () => body?.close() };
+}
+
+/** A part of 60 bytes that has begun. */
+const begunPart = (place: string) => begun({ status: 206, headers: { "Content-Range": `bytes ${place}/60` } });
+
 /** As soon as so many have been asked for. */
 const until = (asked: readonly string[], count: number) =>
   vi.waitFor(() => expect(asked.length).toBe(count), { timeout: 4000, interval: 2 });
@@ -228,15 +241,12 @@ describe("while nobody knows how ranges are answered", () => {
     const both = [ask(FIRST, 0), ask(OTHER, 0)];
     await until(asked, 3);
     answers = kept;
-    let body: ReadableStreamDefaultController<Uint8Array> | undefined;
-    const start = (controller: typeof body) => {
-      body = controller;
-    };
-    const headers = { "Content-Range": "bytes 0-9/60" };
-    answer(new Response(new ReadableStream({ start }), { status: 206, headers }));
+    const { response, comes, ends } = begunPart("0-9");
+    answer(response);
+    comes(FIRST.bytes.slice(0, 1));
     expect(await both[1]).toEqual(OTHER.part(0));
-    body?.enqueue(FIRST.bytes.slice(0, 10));
-    body?.close();
+    comes(FIRST.bytes.slice(1, 10));
+    ends();
     expect(await both[0]).toEqual(FIRST.part(0));
     expect(asked.slice(2)).toEqual([`${FIRST.url} bytes=0-9`, `${OTHER.url} bytes=0-9`]);
   });
@@ -246,28 +256,39 @@ describe("while nobody knows how ranges are answered", () => {
     const { queue, asked, logged, ask } = tree(hold);
     const both = Promise.all([ask(FIRST, 1), ask(FIRST, 2)]);
     await until(asked, 3);
-    let body: ReadableStreamDefaultController<Uint8Array> | undefined;
-    const start = (controller: typeof body) => {
-      body = controller;
-    };
-    answer(new Response(new ReadableStream({ start })));
+    const { response, comes, ends } = begun();
+    answer(response);
     for (const [to, came] of [
       [10, 0],
       [25, 15],
     ] as const) {
       const from = to === 10 ? 0 : 10;
-      body?.enqueue(FIRST.bytes.slice(from, to));
+      comes(FIRST.bytes.slice(from, to));
       await vi.waitFor(() => expect(queue.tally.bytes).toBe(to));
       expect(queue.came_bytes(FIRST.rung(1))).toBe(came);
     }
-    body?.enqueue(FIRST.bytes.slice(25));
-    body?.close();
+    comes(FIRST.bytes.slice(25));
+    ends();
     expect(await both).toEqual([FIRST.part(1), FIRST.part(2)]);
     expect(asked.length).toBe(3);
     expect(logged()).toEqual([
       ["done", 60, BY_STREAM],
       ["done", 0, undefined],
     ]);
+  });
+
+  it("what is asked for twice at once tells it by that which comes, and not by the other", async () => {
+    const [slow, whole] = [begunPart("0-9"), begun()];
+    const answers = [slow, whole].values();
+    const { asked, logged, ask } = tree((...how) => answers.next().value?.response ?? kept(...how), { quiet_ms: 5 });
+    const first = ask(FIRST, 0);
+    await until(asked, 3);
+    await new Promise((later) => setTimeout(later, 5));
+    slow.comes(FIRST.bytes.slice(0, 10));
+    slow.ends();
+    expect(await first).toEqual(FIRST.part(0));
+    expect(await ask(OTHER, 0)).toEqual(OTHER.part(0));
+    expect(logged().map(([, , detour]) => detour)).toEqual([BY_RANGE, BY_RANGE]);
   });
 
   it.each(["asks", "waits"])("who %s can be called off, and the other goes on", async (who) => {

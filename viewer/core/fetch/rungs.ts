@@ -7,13 +7,16 @@
 import { Gate } from "../pace/gate.ts";
 import type { Hooks } from "./carrier.ts";
 import type { Download, Within } from "./download.ts";
-import { cancelled, FetchError, type TransferOptions } from "./transfer.ts";
+import type { Span } from "./span.ts";
+import { cancelled, FetchError } from "./transfer.ts";
 import { streamOf } from "./verify.ts";
 
 /** How a download comes, if not from its own address. */
 export interface Way {
   readonly url: string;
-  readonly manner: Pick<TransferOptions, "span" | "begins">;
+  readonly span: Span;
+  /** Hears, when it begins to come, whether that is all of a file and not only the part. */
+  readonly begins: (isAll: boolean) => void;
 }
 
 type Carry = (download: Download, hooks: Hooks, way?: Way) => Promise<ArrayBuffer>;
@@ -92,7 +95,7 @@ export class Rungs {
     };
     this.asked.add(url);
     try {
-      const bytes = await this.carry(download, hooks, { url, manner: { span: within, begins } });
+      const bytes = await this.carry(download, hooks, { url, span: within, begins });
       this.hasNone = true;
       if (!download.comesWhole) return bytes;
       this.ranges = "ignored";
@@ -110,7 +113,7 @@ export class Rungs {
     }
   }
 
-  /** An answer begins. That all of a stream comes is believed as long as it goes well. */
+  /** It begins to come. That all of a stream comes is believed as long as it goes well. */
   private learn(isAll: boolean): void {
     if (!this.isProven) this.ranges = isAll ? "ignored" : "kept";
     this.turn.open();
