@@ -415,8 +415,8 @@ export class FetchQueue {
         this.keepParts(download);
         this.tell(download.url, error, mark);
       }
-      const isCancelled = error instanceof FetchError && error.kind === "cancelled";
-      download.fails(error, isRunning ? (isCancelled ? "cancelled" : "failed") : undefined);
+      const isLeft = error instanceof FetchError && (error.kind === "cancelled" || error.kind === "forgone");
+      download.fails(error, isRunning ? (isLeft ? "cancelled" : "failed") : undefined);
       this.silences.over(download.url);
     } finally {
       // Whatever has come of it without an answer, another one may try.

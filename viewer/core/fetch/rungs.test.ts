@@ -104,7 +104,7 @@ describe("a rung that is not there", () => {
     expect(queue.cost_bytes({ url: FIRST.rung(2), bytes: 30 })).toBe(0);
     expect(queue.cost_bytes({ url: OTHER.rung(2), bytes: 30 })).toBeGreaterThan(1e9);
     expect(await ask(FIRST, 2)).toEqual(FIRST.part(2));
-    await expect(ask(OTHER, 0)).rejects.toMatchObject({ kind: "cancelled" });
+    await expect(ask(OTHER, 0)).rejects.toMatchObject({ kind: "forgone" });
     expect(asked).toEqual([FIRST.rung(1), `${FIRST.url} bytes=10-29`]);
     expect(logged()).toEqual([
       ["done", 60, BY_STREAM],
@@ -228,7 +228,7 @@ it("is forgone also when a silent server is tried with it, and then something el
   const other = queue.request("https://host/other", PRIORITY.finer);
   const before = asked.length;
   queue.probe();
-  await expect(forgone).rejects.toMatchObject({ kind: "cancelled" });
+  await expect(forgone).rejects.toMatchObject({ kind: "forgone" });
   await expect(other).rejects.toMatchObject({ kind: "status" });
   expect(asked.slice(before)).toEqual(["https://host/other"]);
 });
@@ -249,6 +249,20 @@ describe("while nobody knows how ranges are answered", () => {
     ends();
     expect(await both[0]).toEqual(FIRST.part(0));
     expect(asked.slice(2)).toEqual([`${FIRST.url} bytes=0-9`, `${OTHER.url} bytes=0-9`]);
+  });
+
+  it("who wants another stream than the one that comes whole hears so at once", async () => {
+    const { hold, answer } = held();
+    const { asked, ask } = tree(hold);
+    const [asking, waiting] = [ask(FIRST, 0), ask(OTHER, 0)];
+    await until(asked, 3);
+    const { response, comes, ends } = begun();
+    answer(response);
+    comes(FIRST.bytes.slice(0, 1));
+    await expect(waiting).rejects.toMatchObject({ kind: "forgone" });
+    comes(FIRST.bytes.slice(1));
+    ends();
+    expect(await asking).toEqual(FIRST.part(0));
   });
 
   it("who wants more of a stream that comes whole waits for that, and progress counts from where a rung begins", async () => {

@@ -30,6 +30,11 @@ interface Whole {
 const BY_RANGE = "by range, as the rung is not there";
 const BY_STREAM = "with all of its stream, as the rung is not there and ranges are ignored";
 
+/** Who wants a rung that would bring another stream whole hears this. */
+function forgone(url: string): FetchError {
+  return new FetchError("forgone", url, `${url} would come with all of its stream, as ranges are ignored`);
+}
+
 export class Rungs {
   /** Whether rungs have no addresses of their own. */
   private hasNone = false;
@@ -83,7 +88,7 @@ export class Rungs {
     if (copy) return copy;
     if (this.refusal) throw this.refusal;
     // Levels are the better buy now.
-    if (this.ranges === "ignored" && !within.isNeeded) throw cancelled(download.url);
+    if (this.ranges === "ignored" && !within.isNeeded) throw forgone(download.url);
     return await this.bringPart(download, within, hooks);
   }
 

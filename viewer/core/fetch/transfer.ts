@@ -11,9 +11,9 @@ export class FetchError extends Error {
   constructor(
     /**
      * What is `broken` had begun to come, and broke off or could not be unpacked: the server answers. To a `range` it answers with something
-     * else than that part, or more than is of use.
+     * else than that part, or more than is of use. What is `forgone` could only be had with much else, and something else is the better buy.
      */
-    readonly kind: "broken" | "cancelled" | "corrupt" | "range" | "status" | "unreachable",
+    readonly kind: "broken" | "cancelled" | "corrupt" | "forgone" | "range" | "status" | "unreachable",
     readonly url: string,
     message: string,
     /** Of an answer that is an error. */
