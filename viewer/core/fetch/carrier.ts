@@ -48,6 +48,8 @@ export interface Hooks {
   readonly hushed: () => void;
   /** Whether others need its place then. */
   readonly yields: () => boolean;
+  /** More is known of how its server answers, for which others may wait. */
+  readonly learnt: () => void;
 }
 
 /** Nothing came of a download for long, and others need its place. */

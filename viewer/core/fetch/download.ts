@@ -47,6 +47,8 @@ export class Download {
   isQuiet = false;
   /** Who does something else when that happens. */
   private readonly quiet = new Gate();
+  /** Whether its own address has nothing, so that it comes out of what it stands in. */
+  isAbsent = false;
   /** Whether it did not come in a bundle where it should have, and now goes alone. */
   alone = false;
   /** Whether its server asked to wait when it was to come in a bundle. */
@@ -109,6 +111,12 @@ export class Download {
   /** Comes true when nothing comes of it for long. */
   untilQuiet(): Promise<void> {
     return this.isQuiet || this.isLate ? Promise.resolve() : this.quiet.next();
+  }
+
+  /** It gives its place to others, and is tried once more later. */
+  fallsBehind(): void {
+    this.isLate = true;
+    this.attempt += 1;
   }
 
   fallsQuiet(): void {

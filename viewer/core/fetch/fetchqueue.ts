@@ -16,6 +16,7 @@ import { Download, type Freshness, type Within } from "./download.ts";
 import { Kept } from "./kept.ts";
 import { LineMeter, type Meter } from "./linemeter.ts";
 import type { RequestLog } from "./requestlog.ts";
+import { Postponed } from "./rungs.ts";
 import { type Silence, Silences } from "./silences.ts";
 import type { Part } from "./slices.ts";
 import { cancelled, type Fetch, FetchError } from "./transfer.ts";
@@ -329,7 +330,7 @@ export class FetchQueue {
 
   /** What goes next: one download, or several that come together. */
   private next(): Download[] {
-    const askable = [...this.waiting.values()].filter((one) => this.mayBeAsked(one));
+    const askable = [...this.waiting.values()].filter((one) => this.mayBeAsked(one) && !this.carrier.rungs.waits(one));
     const inLine = askable.sort((a, b) => rankOf(a) - rankOf(b) || a.order - b.order);
     if (this.breaker?.isOpen) {
       const kept = inLine.find((one) => !this.travels(one));
@@ -360,7 +361,7 @@ export class FetchQueue {
   /** Whether others need the place of a download that is silent. */
   private yields(): boolean {
     // Only what alone is silent is asked for twice at once.
-    return this.late > 1 || [...this.waiting.values()].some(({ isLate }) => !isLate);
+    return this.late > 1 || [...this.waiting.values()].some((one) => !one.isLate && !this.carrier.rungs.waits(one));
   }
 
   private hooksOf(download: Download): Hooks {
@@ -368,6 +369,7 @@ export class FetchQueue {
       came: () => download.isServed && this.makeRoom(),
       hushed: () => this.pumpSoon(),
       yields: () => this.yields(),
+      learnt: () => this.pumpSoon(),
     };
   }
 
@@ -403,10 +405,10 @@ export class FetchQueue {
       this.settle(download, bytes, kept ? "kept" : "done");
     } catch (error) {
       const isRunning = this.running.get(download.url) === download;
-      if (isRunning && error instanceof Yielded) {
+      if (isRunning && (error instanceof Yielded || error instanceof Postponed)) {
         this.running.delete(download.url);
-        download.isLate = true;
-        download.attempt += 1;
+        if (error instanceof Yielded) download.fallsBehind();
+        else this.silences.over(download.url);
         this.waiting.set(download.url, download);
         return;
       }

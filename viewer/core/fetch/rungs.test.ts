@@ -58,13 +58,16 @@ function shelfOf() {
 }
 
 /** A tree without rungs, which answers ranges so. */
-function tree(answer: Answer, { absent = 404, ...options }: { absent?: number } & Partial<FetchQueueOptions> = {}) {
+function tree(
+  answer: Answer,
+  { absent = () => 404, ...options }: { absent?: () => number } & Partial<FetchQueueOptions> = {},
+) {
   const asked: string[] = [];
   const fetch: Fetch = async (url, { headers, signal }) => {
     const range = new Headers(headers).get("Range");
     asked.push(range ? `${url} ${range}` : url);
     const of = [FIRST, OTHER].find((one) => one.url === url);
-    return of && range ? await answer(of, range, signal) : new Response("", { status: absent });
+    return of && range ? await answer(of, range, signal) : new Response("", { status: absent() });
   };
   const log = new RequestLog(() => 0);
   const digest = webCryptoDigest();
@@ -86,7 +89,7 @@ const BY_STREAM = "with all of its stream, as the rung is not there and ranges a
 describe("a rung that is not there", () => {
   it.each([404, 410, 403])("comes as a range (status %i), and so do others from then on", async (absent) => {
     const { files, shelf } = shelfOf();
-    const { queue, asked, logged, watcher, ask } = tree(kept, { absent, shelf });
+    const { queue, asked, logged, watcher, ask } = tree(kept, { absent: () => absent, shelf });
     expect(await ask(FIRST, 1)).toEqual(FIRST.part(1));
     expect(await Promise.all([ask(FIRST, 2), ask(OTHER, 0)])).toEqual([FIRST.part(2), OTHER.part(0)]);
     const ranges = [`${FIRST.url} bytes=10-29`, `${FIRST.url} bytes=30-59`, `${OTHER.url} bytes=0-9`];
@@ -172,6 +175,14 @@ describe("a rung that is not there", () => {
     await expect(ask(FIRST, 1)).rejects.toMatchObject({ kind: "status", status: 404, url: FIRST.url });
     expect(asked).toEqual([FIRST.rung(1), `${FIRST.url} bytes=10-29`]);
     expect(watcher.missing).toHaveBeenCalledTimes(1);
+  });
+
+  it("is tried as often as any file, however often its own address was", async () => {
+    let tries = 0;
+    const cutTwice: Answer = (...how) => (tries++ < 2 ? cut(...how) : kept(...how));
+    const { asked, ask } = tree(cutTwice, { attempts: 3, absent: () => (asked.length < 3 ? 503 : 404) });
+    expect(await ask(FIRST, 1)).toEqual(FIRST.part(1));
+    expect(asked).toEqual([...Array(3).fill(FIRST.rung(1)), ...Array(3).fill(`${FIRST.url} bytes=10-29`)]);
   });
 
   it("is believed without its place where a page may not read that of another origin", async () => {
@@ -287,7 +298,7 @@ describe("while nobody knows how ranges are answered", () => {
     expect(asked.length).toBe(3);
     expect(logged()).toEqual([
       ["done", 60, BY_STREAM],
-      ["done", 0, undefined],
+      ["kept", 0, undefined],
     ]);
   });
 
@@ -303,6 +314,48 @@ describe("while nobody knows how ranges are answered", () => {
     expect(await first).toEqual(FIRST.part(0));
     expect(await ask(OTHER, 0)).toEqual(OTHER.part(0));
     expect(logged().map(([, , detour]) => detour)).toEqual([BY_RANGE, BY_RANGE]);
+  });
+
+  it("who waits takes no room, and asks for no address twice", async () => {
+    const { hold, answer } = held();
+    let answers = hold;
+    const starts = () => ({ receives: () => {}, ends: () => {} });
+    const meter = { request_bytes: 1, bytes_per_s: 1, hasRoom: (requests: number) => requests < 2, starts };
+    const { queue, asked, ask } = tree((...how) => answers(...how), { concurrency: 2, meter });
+    const both = [ask(FIRST, 0), ask(OTHER, 0)];
+    await until(asked, 3);
+    await expect(queue.request("https://host/other", PRIORITY.finer)).rejects.toMatchObject({ kind: "status" });
+    answers = kept;
+    answer(partOf(FIRST.bytes, "bytes=0-9"));
+    expect(await Promise.all(both)).toEqual([FIRST.part(0), OTHER.part(0)]);
+    const ranges = [`${FIRST.url} bytes=0-9`, `${OTHER.url} bytes=0-9`];
+    expect(asked).toEqual([FIRST.rung(0), OTHER.rung(0), ranges[0], "https://host/other", ranges[1]]);
+  });
+
+  it("who falls silent lets another file come, and does not ask for its own address again", async () => {
+    const { hold } = held();
+    let tries = 0;
+    const answer: Answer = (...how) => (tries++ === 0 ? hold(...how) : kept(...how));
+    const { queue, asked, ask } = tree(answer, { quiet_ms: 20, concurrency: 1 });
+    const first = ask(FIRST, 0);
+    await expect(queue.request("https://host/other", PRIORITY.document)).rejects.toMatchObject({ kind: "status" });
+    expect(await first).toEqual(FIRST.part(0));
+    const range = `${FIRST.url} bytes=0-9`;
+    expect(asked).toEqual([FIRST.rung(0), range, "https://host/other", range]);
+  });
+
+  it("no other address of a rung is asked for from when a part begins to come", async () => {
+    const { response, comes, ends } = begunPart("0-9");
+    const { queue, asked, ask } = tree((...how) => (how[0] === FIRST ? response : kept(...how)));
+    const first = ask(FIRST, 0);
+    await until(asked, 2);
+    comes(FIRST.bytes.slice(0, 1));
+    await vi.waitFor(() => expect(queue.tally.bytes).toBe(1));
+    expect(await ask(OTHER, 0)).toEqual(OTHER.part(0));
+    expect(asked.slice(2)).toEqual([`${OTHER.url} bytes=0-9`]);
+    comes(FIRST.bytes.slice(1, 10));
+    ends();
+    expect(await first).toEqual(FIRST.part(0));
   });
 
   it.each(["asks", "waits"])("who %s can be called off, and the other goes on", async (who) => {

@@ -4,11 +4,10 @@
  * can be drawn with nothing else: what one rung costs there, levels undercut ({@link Rungs.isForgone}). One that answers with something else is asked
  * for no more ranges. The same rules as in `client/src/fetch.rs`.
  */
-import { Gate } from "../pace/gate.ts";
 import type { Hooks } from "./carrier.ts";
 import type { Download, Within } from "./download.ts";
 import type { Span } from "./span.ts";
-import { cancelled, FetchError } from "./transfer.ts";
+import { FetchError } from "./transfer.ts";
 import { streamOf } from "./verify.ts";
 
 /** How a download comes, if not from its own address. */
@@ -30,6 +29,11 @@ interface Whole {
 const BY_RANGE = "by range, as the rung is not there";
 const BY_STREAM = "with all of its stream, as the rung is not there and ranges are ignored";
 
+/** A rung has to wait until more is known, and gives its place to others. */
+export class Postponed extends Error {
+  override readonly name = "Postponed";
+}
+
 /** Who wants a rung that would bring another stream whole hears this. */
 function forgone(url: string): FetchError {
   return new FetchError("forgone", url, `${url} would come with all of its stream, as ranges are ignored`);
@@ -48,7 +52,6 @@ export class Rungs {
   private whole: Whole | undefined;
   /** Streams of which a part is asked for. */
   private readonly asked = new Set<string>();
-  private readonly turn = new Gate();
 
   constructor(private readonly carry: Carry) {}
 
@@ -75,15 +78,24 @@ export class Rungs {
     if (this.whole?.url.endsWith(stream)) this.whole = undefined;
   }
 
+  /** Whether a rung would be {@link Postponed} again. */
+  waits({ within, isAbsent }: Download): boolean {
+    return within !== undefined && isAbsent && this.mustWait(within.url);
+  }
+
+  /** Fails with {@link Postponed} where a rung has to wait. */
   async bring(download: Download, within: Within, hooks: Hooks): Promise<ArrayBuffer> {
-    if (!this.hasNone && this.ranges !== "ignored") {
+    if (!download.isAbsent && !this.hasNone && this.ranges !== "ignored") {
       try {
         return await this.carry(download, hooks);
       } catch (error) {
         if (!(error instanceof FetchError) || error.kind !== "status") throw error;
+        // From another address it is tried as often.
+        download.attempt = 1;
       }
     }
-    while (this.mustWait(within.url)) await this.nextTurn(download);
+    download.isAbsent = true;
+    if (this.mustWait(within.url)) throw new Postponed();
     const copy = this.copyOf(within);
     if (copy) return copy;
     if (this.refusal) throw this.refusal;
@@ -97,44 +109,39 @@ export class Rungs {
     const begins = (isAll: boolean) => {
       download.trace?.detours(isAll ? BY_STREAM : BY_RANGE);
       this.learn(isAll);
+      hooks.learnt();
     };
     this.asked.add(url);
     try {
       const bytes = await this.carry(download, hooks, { url, span: within, begins });
-      this.hasNone = true;
       if (!download.comesWhole) return bytes;
       this.ranges = "ignored";
       this.isProven = true;
       this.whole = { url, bytes };
       return bytes.slice(from, to);
     } catch (error) {
-      if (error instanceof FetchError && error.kind === "range") this.refusal = error;
+      if (error instanceof FetchError && error.kind === "range") {
+        this.refusal = error;
+        // Its own address is all that is left of another.
+        this.hasNone = false;
+      }
       // It looked as if all came, and did not.
       if (this.ranges === "ignored" && !this.isProven) this.ranges = "unknown";
       throw error;
     } finally {
       this.asked.delete(url);
-      this.turn.open();
     }
   }
 
   /** It begins to come. That all of a stream comes is believed as long as it goes well. */
   private learn(isAll: boolean): void {
+    this.hasNone = true;
     if (!this.isProven) this.ranges = isAll ? "ignored" : "kept";
-    this.turn.open();
   }
 
   /** As long as nobody knows how ranges are answered, one asks at a time; and where all of a stream comes, others who want it wait for that. */
   private mustWait(stream: string): boolean {
     if (this.ranges === "kept") return false;
     return this.ranges === "unknown" ? this.asked.size > 0 : this.asked.has(stream);
-  }
-
-  private async nextTurn({ url, controller: { signal } }: Download): Promise<void> {
-    const wake = () => this.turn.open();
-    signal.addEventListener("abort", wake);
-    await this.turn.next();
-    signal.removeEventListener("abort", wake);
-    if (signal.aborted) throw cancelled(url);
   }
 }
