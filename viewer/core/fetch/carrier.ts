@@ -94,7 +94,7 @@ export class Carrier {
   private async carry(download: Download, hooks: Hooks, way?: Way): Promise<ArrayBuffer> {
     const { url, controller, fresh } = download;
     let isDamaged = false;
-    let pastCache = fresh === "past caches";
+    let pastCache = fresh === "past caches" || way?.pastCache === true;
     for (; ; download.attempt += 1) {
       const { attempt } = download;
       this.tally.requests += 1;

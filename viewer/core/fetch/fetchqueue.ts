@@ -421,8 +421,8 @@ export class FetchQueue {
       download.fails(error, isRunning ? (isLeft ? "cancelled" : "failed") : undefined);
       this.silences.over(download.url);
     } finally {
-      // Whatever has come of it without an answer, another one may try.
-      this.breaker?.cancelled(download.url);
+      // Whatever has come of it without an answer, another one may try; unless that is asked for anew, and tries itself.
+      if (!this.running.has(download.url)) this.breaker?.cancelled(download.url);
     }
   }
 

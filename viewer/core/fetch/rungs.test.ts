@@ -24,7 +24,12 @@ function stream(seed: number) {
 
 type Stream = ReturnType<typeof stream>;
 /** What is answered to who asks for a part of a stream. */
-type Answer = (of: Stream, range: string, signal: AbortSignal | null | undefined) => Response | Promise<Response>;
+type Answer = (
+  of: Stream,
+  range: string,
+  signal: AbortSignal | null | undefined,
+  cache?: RequestCache,
+) => Response | Promise<Response>;
 
 const FIRST = stream(1);
 const OTHER = stream(100);
@@ -63,11 +68,11 @@ function tree(
   { absent = () => 404, ...options }: { absent?: () => number } & Partial<FetchQueueOptions> = {},
 ) {
   const asked: string[] = [];
-  const fetch: Fetch = async (url, { headers, signal }) => {
+  const fetch: Fetch = async (url, { headers, signal, cache }) => {
     const range = new Headers(headers).get("Range");
     asked.push(range ? `${url} ${range}` : url);
     const of = [FIRST, OTHER].find((one) => one.url === url);
-    return of && range ? await answer(of, range, signal) : new Response("", { status: absent() });
+    return of && range ? await answer(of, range, signal, cache) : new Response("", { status: absent() });
   };
   const log = new RequestLog(() => 0);
   const digest = webCryptoDigest();
@@ -356,6 +361,20 @@ describe("while nobody knows how ranges are answered", () => {
     comes(FIRST.bytes.slice(1, 10));
     ends();
     expect(await first).toEqual(FIRST.part(0));
+  });
+
+  it("a cache of the browser is not taken for the server, and is of use when that is known", async () => {
+    const caches: (RequestCache | undefined)[] = [];
+    // One that has all of a stream cuts ranges out of it, whatever the server does with them.
+    const cached: Answer = (of, range, signal, cache) => {
+      caches.push(cache);
+      return (cache === "reload" ? ignored : kept)(of, range, signal);
+    };
+    const { ask } = tree(cached);
+    expect(await ask(FIRST, 0)).toEqual(FIRST.part(0));
+    await expect(ask(OTHER, 0)).rejects.toMatchObject({ kind: "forgone" });
+    expect(await ask(OTHER, 0, true)).toEqual(OTHER.part(0));
+    expect(caches).toEqual(["reload", "default"]);
   });
 
   it.each(["asks", "waits"])("who %s can be called off, and the other goes on", async (who) => {

@@ -14,6 +14,8 @@ import { streamOf } from "./verify.ts";
 export interface Way {
   readonly url: string;
   readonly span: Span;
+  /** Whether it is the server who must answer, and no cache on the way. */
+  readonly pastCache: boolean;
   /** Hears, when it begins to come, whether that is all of a file and not only the part. */
   readonly begins: (isAll: boolean) => void;
 }
@@ -111,9 +113,11 @@ export class Rungs {
       this.learn(isAll);
       hooks.learnt();
     };
+    // A cache that has all of a stream answers a range whatever the server does with it.
+    const pastCache = this.ranges !== "kept" && !this.isProven;
     this.asked.add(url);
     try {
-      const bytes = await this.carry(download, hooks, { url, span: within, begins });
+      const bytes = await this.carry(download, hooks, { url, span: within, pastCache, begins });
       if (!download.comesWhole) return bytes;
       this.ranges = "ignored";
       this.isProven = true;
