@@ -94,7 +94,12 @@ export class Download {
 
   /** How much is still to come, as far as it is known. */
   get rest_bytes(): number {
-    return Math.max(0, (this.bytes ?? 0) - this.incoming.length);
+    return Math.max(0, this.coming_bytes - this.incoming.length);
+  }
+
+  /** How large what comes is said to be: of all that it stands in, where that comes. */
+  get coming_bytes(): number {
+    return (this.isComingWhole ? this.within?.of_bytes : this.bytes) ?? 0;
   }
 
   /** How much of it has come. */

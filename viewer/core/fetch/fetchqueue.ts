@@ -88,7 +88,6 @@ const MOST_LATE = 3;
 interface Underway {
   readonly downloads: readonly Download[];
   readonly requests: number;
-  readonly bytes: number;
 }
 
 export class FetchQueue {
@@ -280,9 +279,7 @@ export class FetchQueue {
         this.running.set(download.url, download);
       }
       const [first] = next;
-      const requests = first && this.travels(first) ? 1 : 0;
-      const bytes = requests * lineBytes(next);
-      const transfer = { downloads: next, requests, bytes };
+      const transfer = { downloads: next, requests: first && this.travels(first) ? 1 : 0 };
       this.transfers.add(transfer);
       const run = next.length > 1 ? this.runBundle(next) : first && this.run(first);
       void run?.finally(() => {
@@ -318,8 +315,9 @@ export class FetchQueue {
   private get hasRoom(): boolean {
     // What is silent does not use the line.
     const heard = [...this.transfers].filter(({ downloads }) => downloads.some(({ isQuiet }) => !isQuiet));
-    const sum = (what: "requests" | "bytes") => heard.reduce((total, transfer) => total + transfer[what], 0);
-    return this.meter.hasRoom(sum("requests"), sum("bytes"));
+    const requests = heard.reduce((sum, transfer) => sum + transfer.requests, 0);
+    const bytes = heard.reduce((sum, transfer) => sum + transfer.requests * lineBytes(transfer.downloads), 0);
+    return this.meter.hasRoom(requests, bytes);
   }
 
   /** What has come of a file that does not come to its end. */
@@ -481,6 +479,7 @@ function rankOf({ priority, isLate }: Download): number {
 
 /** What comes with one request takes so many bytes on the line; bundles are not compressed, whatever is in them. */
 function lineBytes(downloads: readonly Download[]): number {
-  const travels = ({ url, bytes = 0 }: Download) => (downloads.length > 1 ? bytes : compressed_bytes({ url, bytes }));
+  const travels = ({ url, coming_bytes: bytes }: Download) =>
+    downloads.length > 1 ? bytes : compressed_bytes({ url, bytes });
   return downloads.reduce((sum, download) => sum + travels(download), 0);
 }

@@ -321,6 +321,23 @@ describe("while nobody knows how ranges are answered", () => {
     expect(logged().map(([, , detour]) => detour)).toEqual([BY_RANGE, BY_RANGE]);
   });
 
+  it("a stream that comes whole takes room as such, and not as a rung", async () => {
+    const { response, comes, ends } = begun();
+    const starts = () => ({ receives: () => {}, ends: () => {} });
+    const meter = { request_bytes: 1, bytes_per_s: 1, hasRoom: (_: number, bytes: number) => bytes < 50, starts };
+    const { queue, asked, ask } = tree(() => response, { meter });
+    const first = ask(FIRST, 0);
+    await until(asked, 2);
+    comes(FIRST.bytes.slice(0, 1));
+    await vi.waitFor(() => expect(queue.tally.bytes).toBe(1));
+    const other = queue.request("https://host/other", PRIORITY.finer);
+    expect(asked.length).toBe(2);
+    comes(FIRST.bytes.slice(1));
+    ends();
+    expect(await first).toEqual(FIRST.part(0));
+    await expect(other).rejects.toMatchObject({ kind: "status" });
+  });
+
   it("who waits takes no room, and asks for no address twice", async () => {
     const { hold, answer } = held();
     let answers = hold;
