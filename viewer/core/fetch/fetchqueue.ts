@@ -297,9 +297,14 @@ export class FetchQueue {
    */
   private makeRoom(): void {
     const isFull = this.busy >= this.options.concurrency || !this.hasRoom;
-    if (this.waiting.size === 0 || !isFull || this.breaker?.isOpen) return;
+    if (this.inLine.length === 0 || !isFull || this.breaker?.isOpen) return;
     const served = [...this.running.values()].filter((one) => one.isServed && one.rest_bytes > LEAST_REST_BYTES);
     for (const { url } of served) this.cancel(url);
+  }
+
+  /** What waits for a place, and not for what is learnt of its server. */
+  private get inLine(): Download[] {
+    return [...this.waiting.values()].filter((one) => !this.carrier.rungs.waits(one));
   }
 
   /** How many transfers go on. Those that wait until a server may be asked again hold up nothing else. */
@@ -328,7 +333,7 @@ export class FetchQueue {
 
   /** What goes next: one download, or several that come together. */
   private next(): Download[] {
-    const askable = [...this.waiting.values()].filter((one) => this.mayBeAsked(one) && !this.carrier.rungs.waits(one));
+    const askable = this.inLine.filter((one) => this.mayBeAsked(one));
     const inLine = askable.sort((a, b) => rankOf(a) - rankOf(b) || a.order - b.order);
     if (this.breaker?.isOpen) {
       const kept = inLine.find((one) => !this.travels(one));
@@ -359,7 +364,7 @@ export class FetchQueue {
   /** Whether others need the place of a download that is silent. */
   private yields(): boolean {
     // Only what alone is silent is asked for twice at once.
-    return this.late > 1 || [...this.waiting.values()].some((one) => !one.isLate && !this.carrier.rungs.waits(one));
+    return this.late > 1 || this.inLine.some(({ isLate }) => !isLate);
   }
 
   private hooksOf(download: Download): Hooks {

@@ -42,7 +42,8 @@ const cut: Answer = ({ bytes }) => {
   const start = (body: ReadableStreamDefaultController<Uint8Array>) => body.enqueue(half);
   return new Response(new ReadableStream({ start, pull: () => Promise.reject(new TypeError("cut")) }));
 };
-const gone: Answer = () => new Response("", { status: 404 });
+const failing = (status: number) => new Response("", { status });
+const gone: Answer = () => failing(404);
 
 /** A part of so many bytes that is said to stand there. */
 function part(bytes: number, place?: string): Response {
@@ -65,14 +66,14 @@ function shelfOf() {
 /** A tree without rungs, which answers ranges so. */
 function tree(
   answer: Answer,
-  { absent = () => 404, ...options }: { absent?: () => number } & Partial<FetchQueueOptions> = {},
+  { other = () => failing(404), ...options }: { other?: (url: string) => Response } & Partial<FetchQueueOptions> = {},
 ) {
   const asked: string[] = [];
   const fetch: Fetch = async (url, { headers, signal, cache }) => {
     const range = new Headers(headers).get("Range");
     asked.push(range ? `${url} ${range}` : url);
     const of = [FIRST, OTHER].find((one) => one.url === url);
-    return of && range ? await answer(of, range, signal, cache) : new Response("", { status: absent() });
+    return of && range ? await answer(of, range, signal, cache) : other(url);
   };
   const log = new RequestLog(() => 0);
   const digest = webCryptoDigest();
@@ -94,7 +95,7 @@ const BY_STREAM = "with all of its stream, as the rung is not there and ranges a
 describe("a rung that is not there", () => {
   it.each([404, 410, 403])("comes as a range (status %i), and so do others from then on", async (absent) => {
     const { files, shelf } = shelfOf();
-    const { queue, asked, logged, watcher, ask } = tree(kept, { absent: () => absent, shelf });
+    const { queue, asked, logged, watcher, ask } = tree(kept, { other: () => failing(absent), shelf });
     expect(await ask(FIRST, 1)).toEqual(FIRST.part(1));
     expect(await Promise.all([ask(FIRST, 2), ask(OTHER, 0)])).toEqual([FIRST.part(2), OTHER.part(0)]);
     const ranges = [`${FIRST.url} bytes=10-29`, `${FIRST.url} bytes=30-59`, `${OTHER.url} bytes=0-9`];
@@ -185,7 +186,7 @@ describe("a rung that is not there", () => {
   it("is tried as often as any file, however often its own address was", async () => {
     let tries = 0;
     const cutTwice: Answer = (...how) => (tries++ < 2 ? cut(...how) : kept(...how));
-    const { asked, ask } = tree(cutTwice, { attempts: 3, absent: () => (asked.length < 3 ? 503 : 404) });
+    const { asked, ask } = tree(cutTwice, { attempts: 3, other: () => failing(asked.length < 3 ? 503 : 404) });
     expect(await ask(FIRST, 1)).toEqual(FIRST.part(1));
     expect(asked).toEqual([...Array(3).fill(FIRST.rung(1)), ...Array(3).fill(`${FIRST.url} bytes=10-29`)]);
   });
@@ -352,6 +353,33 @@ describe("while nobody knows how ranges are answered", () => {
     expect(await Promise.all(both)).toEqual([FIRST.part(0), OTHER.part(0)]);
     const ranges = [`${FIRST.url} bytes=0-9`, `${OTHER.url} bytes=0-9`];
     expect(asked).toEqual([FIRST.rung(0), OTHER.rung(0), ranges[0], "https://host/other", ranges[1]]);
+  });
+
+  it("who waits calls off no pack", async () => {
+    const bytes = new Uint8Array(100_000);
+    const hash = createHash("sha256").update(bytes.subarray(0, 10)).digest("hex");
+    const level = { url: `https://host/o/${hash}.glb`, from: 0, bytes: 10 };
+    const url = "https://host/o/some.pack";
+    const { response, comes, ends } = begun();
+    const { hold, answer } = held();
+    let answers = hold;
+    const other = (of: string) => (of === url ? response : failing(404));
+    const { queue, asked, ask } = tree((...how) => answers(...how), { concurrency: 2, other });
+    const both = [ask(FIRST, 0), ask(OTHER, 0)];
+    await until(asked, 3);
+    const slice = queue.slice(level, url, PRIORITY.finer, { bytes: bytes.length });
+    await until(asked, 4);
+    comes(bytes.subarray(0, 20));
+    expect((await slice).byteLength).toBe(10);
+    comes(bytes.subarray(20, 40));
+    await vi.waitFor(() => expect(queue.came_bytes(url)).toBe(40));
+    comes(bytes.subarray(40));
+    ends();
+    await vi.waitFor(() => expect(queue.isComing(url)).toBe(false));
+    expect(queue.tally.bytes).toBe(bytes.length);
+    answers = kept;
+    answer(partOf(FIRST.bytes, "bytes=0-9"));
+    expect(await Promise.all(both)).toEqual([FIRST.part(0), OTHER.part(0)]);
   });
 
   it("who falls silent lets another file come, and does not ask for its own address again", async () => {

@@ -2,7 +2,8 @@
  * How does a rung come where its tree has none? As a range of its stream, and its own address is not tried again. A server that ignores
  * ranges answers with all of the stream, which is verified by its hash and has all rungs; it is asked for no other stream, unless a model
  * can be drawn with nothing else: what one rung costs there, levels undercut ({@link Rungs.isForgone}). One that answers with something else is asked
- * for no more ranges. The same rules as in `client/src/fetch.rs`.
+ * for no more ranges. The same rules as in `client/src/fetch.rs`, where an answer counts once it has come; here it does from when it begins,
+ * unless it goes wrong, so that levels need not wait for all of a stream.
  */
 import type { Hooks } from "./carrier.ts";
 import type { Download, Within } from "./download.ts";
