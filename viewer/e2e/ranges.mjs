@@ -1,7 +1,8 @@
 /**
  * Is a world sharp where its tree has lost the rungs of its smooth LODs? From a server that answers ranges they come as ranges of their
  * streams, from one that ignores them out of one stream that comes whole; the inspector says so, and the next visit has them.
- * Environment: see `browser.mjs`, and `BELVEDERE_TREE`, the folder of a published tree of the dunes, from which the rungs were removed.
+ * Environment: see `browser.mjs`, and `BELVEDERE_TREE`, the folder of a published tree of the dunes, from which the rungs were removed;
+ * without that, the story is left out.
  */
 import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
@@ -115,8 +116,11 @@ async function withoutRanges(open) {
   return `${wholes[0].bytes} bytes of one stream are of use to a server without ranges; ${now.visible} objects are drawn`;
 }
 
-await tell("ranges", async (open) => {
-  insist(TREE, "set BELVEDERE_TREE to the folder of a tree without rungs");
-  for (const story of [withRanges, withoutRanges]) console.log(await story(open));
-});
+if (TREE) {
+  await tell("ranges", async (open) => {
+    for (const story of [withRanges, withoutRanges]) console.log(await story(open));
+  });
+} else {
+  console.log("ranges: left out, as BELVEDERE_TREE names no folder of a tree without rungs");
+}
 for (const server of servers) server.close();

@@ -48,6 +48,8 @@ export interface Hooks {
   readonly hushed: () => void;
   /** Whether others need its place then. */
   readonly yields: () => boolean;
+  /** More is known of how its server answers, for which others may wait. */
+  readonly learnt: () => void;
 }
 
 /** Nothing came of a download for long, and others need its place. */
@@ -92,7 +94,7 @@ export class Carrier {
   private async carry(download: Download, hooks: Hooks, way?: Way): Promise<ArrayBuffer> {
     const { url, controller, fresh } = download;
     let isDamaged = false;
-    let pastCache = fresh === "past caches";
+    let pastCache = fresh === "past caches" || way?.pastCache === true;
     for (; ; download.attempt += 1) {
       const { attempt } = download;
       this.tally.requests += 1;
@@ -165,9 +167,10 @@ export class Carrier {
       const own = new AbortController();
       runners.add(own);
       if (controller.signal.aborted) callOff();
-      const manner = { ...way?.manner, cache: how, signal: own.signal, stall_ms, quiet };
+      const manner = { span: way?.span, cache: how, signal: own.signal, stall_ms, quiet };
       const take: Receive = (piece, isAll) => {
         if (!winner && isBundle) this.patience.wasInVain();
+        if (!winner) way?.begins(isAll);
         winner ??= own;
         for (const other of runners) if (other !== winner) other.abort();
         if (winner === own) receive(piece, isAll);

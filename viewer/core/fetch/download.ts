@@ -47,6 +47,8 @@ export class Download {
   isQuiet = false;
   /** Who does something else when that happens. */
   private readonly quiet = new Gate();
+  /** Whether its own address has nothing, so that it comes out of what it stands in. */
+  isAbsent = false;
   /** Whether it did not come in a bundle where it should have, and now goes alone. */
   alone = false;
   /** Whether its server asked to wait when it was to come in a bundle. */
@@ -92,7 +94,12 @@ export class Download {
 
   /** How much is still to come, as far as it is known. */
   get rest_bytes(): number {
-    return Math.max(0, (this.bytes ?? 0) - this.incoming.length);
+    return Math.max(0, this.coming_bytes - this.incoming.length);
+  }
+
+  /** How large what comes is said to be: of all that it stands in, where that comes. */
+  get coming_bytes(): number {
+    return (this.isComingWhole ? this.within?.of_bytes : this.bytes) ?? 0;
   }
 
   /** How much of it has come. */
@@ -109,6 +116,12 @@ export class Download {
   /** Comes true when nothing comes of it for long. */
   untilQuiet(): Promise<void> {
     return this.isQuiet || this.isLate ? Promise.resolve() : this.quiet.next();
+  }
+
+  /** It gives its place to others, and is tried once more later. */
+  fallsBehind(): void {
+    this.isLate = true;
+    this.attempt += 1;
   }
 
   fallsQuiet(): void {

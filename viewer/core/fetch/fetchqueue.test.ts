@@ -51,6 +51,22 @@ describe("the fetch queue", () => {
     expect(queue.pending).toBe(0);
   });
 
+  it("tries a silent server with one download at a time, also when the one that tries is asked for anew", async () => {
+    const { queue, open } = manual({ attempts: 1 });
+    queue.watch({ lost: () => {}, answered: () => {}, missing: () => {} });
+    const lost = ["a", "b"].map((url) => queue.request(url, 1));
+    for (const { fail } of open) fail();
+    await Promise.allSettled(lost);
+    queue.probe();
+    const all = [queue.request("c", 1)];
+    queue.cancel("c");
+    all.push(queue.request("c", 1), queue.request("d", 1));
+    await turn();
+    expect(open.map(({ url }) => url)).toEqual(["a", "b", "c", "c"]);
+    queue.close();
+    await Promise.allSettled(all);
+  });
+
   it("fetches once what is asked for twice", async () => {
     const { queue, open } = manual();
     const both = Promise.all([queue.request("a", 1), queue.request("a", 2)]);

@@ -16,6 +16,7 @@ import { Download, type Freshness, type Within } from "./download.ts";
 import { Kept } from "./kept.ts";
 import { LineMeter, type Meter } from "./linemeter.ts";
 import type { RequestLog } from "./requestlog.ts";
+import { Postponed } from "./rungs.ts";
 import { type Silence, Silences } from "./silences.ts";
 import type { Part } from "./slices.ts";
 import { cancelled, type Fetch, FetchError } from "./transfer.ts";
@@ -87,7 +88,6 @@ const MOST_LATE = 3;
 interface Underway {
   readonly downloads: readonly Download[];
   readonly requests: number;
-  readonly bytes: number;
 }
 
 export class FetchQueue {
@@ -279,9 +279,7 @@ export class FetchQueue {
         this.running.set(download.url, download);
       }
       const [first] = next;
-      const requests = first && this.travels(first) ? 1 : 0;
-      const bytes = requests * lineBytes(next);
-      const transfer = { downloads: next, requests, bytes };
+      const transfer = { downloads: next, requests: first && this.travels(first) ? 1 : 0 };
       this.transfers.add(transfer);
       const run = next.length > 1 ? this.runBundle(next) : first && this.run(first);
       void run?.finally(() => {
@@ -299,9 +297,14 @@ export class FetchQueue {
    */
   private makeRoom(): void {
     const isFull = this.busy >= this.options.concurrency || !this.hasRoom;
-    if (this.waiting.size === 0 || !isFull || this.breaker?.isOpen) return;
+    if (this.inLine.length === 0 || !isFull || this.breaker?.isOpen) return;
     const served = [...this.running.values()].filter((one) => one.isServed && one.rest_bytes > LEAST_REST_BYTES);
     for (const { url } of served) this.cancel(url);
+  }
+
+  /** What waits for a place, and not for what is learnt of its server. */
+  private get inLine(): Download[] {
+    return [...this.waiting.values()].filter((one) => !this.carrier.rungs.waits(one));
   }
 
   /** How many transfers go on. Those that wait until a server may be asked again hold up nothing else. */
@@ -317,8 +320,9 @@ export class FetchQueue {
   private get hasRoom(): boolean {
     // What is silent does not use the line.
     const heard = [...this.transfers].filter(({ downloads }) => downloads.some(({ isQuiet }) => !isQuiet));
-    const sum = (what: "requests" | "bytes") => heard.reduce((total, transfer) => total + transfer[what], 0);
-    return this.meter.hasRoom(sum("requests"), sum("bytes"));
+    const requests = heard.reduce((sum, transfer) => sum + transfer.requests, 0);
+    const bytes = heard.reduce((sum, transfer) => sum + transfer.requests * lineBytes(transfer.downloads), 0);
+    return this.meter.hasRoom(requests, bytes);
   }
 
   /** What has come of a file that does not come to its end. */
@@ -329,7 +333,7 @@ export class FetchQueue {
 
   /** What goes next: one download, or several that come together. */
   private next(): Download[] {
-    const askable = [...this.waiting.values()].filter((one) => this.mayBeAsked(one));
+    const askable = this.inLine.filter((one) => this.mayBeAsked(one));
     const inLine = askable.sort((a, b) => rankOf(a) - rankOf(b) || a.order - b.order);
     if (this.breaker?.isOpen) {
       const kept = inLine.find((one) => !this.travels(one));
@@ -360,7 +364,7 @@ export class FetchQueue {
   /** Whether others need the place of a download that is silent. */
   private yields(): boolean {
     // Only what alone is silent is asked for twice at once.
-    return this.late > 1 || [...this.waiting.values()].some(({ isLate }) => !isLate);
+    return this.late > 1 || this.inLine.some(({ isLate }) => !isLate);
   }
 
   private hooksOf(download: Download): Hooks {
@@ -368,6 +372,7 @@ export class FetchQueue {
       came: () => download.isServed && this.makeRoom(),
       hushed: () => this.pumpSoon(),
       yields: () => this.yields(),
+      learnt: () => this.pumpSoon(),
     };
   }
 
@@ -403,10 +408,10 @@ export class FetchQueue {
       this.settle(download, bytes, kept ? "kept" : "done");
     } catch (error) {
       const isRunning = this.running.get(download.url) === download;
-      if (isRunning && error instanceof Yielded) {
+      if (isRunning && (error instanceof Yielded || error instanceof Postponed)) {
         this.running.delete(download.url);
-        download.isLate = true;
-        download.attempt += 1;
+        if (error instanceof Yielded) download.fallsBehind();
+        else this.silences.over(download.url);
         this.waiting.set(download.url, download);
         return;
       }
@@ -415,12 +420,12 @@ export class FetchQueue {
         this.keepParts(download);
         this.tell(download.url, error, mark);
       }
-      const isCancelled = error instanceof FetchError && error.kind === "cancelled";
-      download.fails(error, isRunning ? (isCancelled ? "cancelled" : "failed") : undefined);
+      const isLeft = error instanceof FetchError && (error.kind === "cancelled" || error.kind === "forgone");
+      download.fails(error, isRunning ? (isLeft ? "cancelled" : "failed") : undefined);
       this.silences.over(download.url);
     } finally {
-      // Whatever has come of it without an answer, another one may try.
-      this.breaker?.cancelled(download.url);
+      // Whatever has come of it without an answer, another one may try; unless that is asked for anew, and tries itself.
+      if (!this.running.has(download.url)) this.breaker?.cancelled(download.url);
     }
   }
 
@@ -479,6 +484,7 @@ function rankOf({ priority, isLate }: Download): number {
 
 /** What comes with one request takes so many bytes on the line; bundles are not compressed, whatever is in them. */
 function lineBytes(downloads: readonly Download[]): number {
-  const travels = ({ url, bytes = 0 }: Download) => (downloads.length > 1 ? bytes : compressed_bytes({ url, bytes }));
+  const travels = ({ url, coming_bytes: bytes }: Download) =>
+    downloads.length > 1 ? bytes : compressed_bytes({ url, bytes });
   return downloads.reduce((sum, download) => sum + travels(download), 0);
 }

@@ -14,7 +14,8 @@ export interface Loss {
 
 /** Of how a download failed: whether another try may bring it. */
 export function mayPass(kind: FetchError["kind"]): boolean {
-  return kind === "unreachable" || kind === "broken";
+  // What is forgone is a better buy once its server turns out to answer ranges.
+  return kind === "unreachable" || kind === "broken" || kind === "forgone";
 }
 
 /** Whether something failed for a reason that passes by itself. */

@@ -4,7 +4,7 @@ import { partOf } from "../../test/serve.ts";
 import type { Shelf } from "../shelf/shelf.ts";
 import { PRIORITY } from "../strategy/priority.ts";
 import type { Within } from "./download.ts";
-import { FETCH_DEFAULTS, FetchQueue } from "./fetchqueue.ts";
+import { FETCH_DEFAULTS, FetchQueue, type FetchQueueOptions } from "./fetchqueue.ts";
 import { RequestLog } from "./requestlog.ts";
 import type { Fetch } from "./transfer.ts";
 import { webCryptoDigest } from "./verify.ts";
@@ -24,14 +24,26 @@ function stream(seed: number) {
 
 type Stream = ReturnType<typeof stream>;
 /** What is answered to who asks for a part of a stream. */
-type Answer = (of: Stream, range: string, signal: AbortSignal | null | undefined) => Response | Promise<Response>;
+type Answer = (
+  of: Stream,
+  range: string,
+  signal: AbortSignal | null | undefined,
+  cache?: RequestCache,
+) => Response | Promise<Response>;
 
 const FIRST = stream(1);
 const OTHER = stream(100);
 
 const kept: Answer = ({ bytes }, range) => partOf(bytes, range);
 const ignored: Answer = ({ bytes }) => new Response(bytes);
-const gone: Answer = () => new Response("", { status: 404 });
+const damaged: Answer = ({ bytes }) => new Response(bytes.map((byte, i) => (i === 50 ? byte ^ 1 : byte)));
+const cut: Answer = ({ bytes }) => {
+  const half = bytes.slice(0, 30);
+  const start = (body: ReadableStreamDefaultController<Uint8Array>) => body.enqueue(half);
+  return new Response(new ReadableStream({ start, pull: () => Promise.reject(new TypeError("cut")) }));
+};
+const failing = (status: number) => new Response("", { status });
+const gone: Answer = () => failing(404);
 
 /** A part of so many bytes that is said to stand there. */
 function part(bytes: number, place?: string): Response {
@@ -52,17 +64,20 @@ function shelfOf() {
 }
 
 /** A tree without rungs, which answers ranges so. */
-function tree(answer: Answer, { absent = 404, shelf }: { absent?: number; shelf?: Shelf } = {}) {
+function tree(
+  answer: Answer,
+  { other = () => failing(404), ...options }: { other?: (url: string) => Response } & Partial<FetchQueueOptions> = {},
+) {
   const asked: string[] = [];
-  const fetch: Fetch = async (url, { headers, signal }) => {
+  const fetch: Fetch = async (url, { headers, signal, cache }) => {
     const range = new Headers(headers).get("Range");
     asked.push(range ? `${url} ${range}` : url);
     const of = [FIRST, OTHER].find((one) => one.url === url);
-    return of && range ? await answer(of, range, signal) : new Response("", { status: absent });
+    return of && range ? await answer(of, range, signal, cache) : other(url);
   };
   const log = new RequestLog(() => 0);
   const digest = webCryptoDigest();
-  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, digest, fetch, log, shelf });
+  const queue = new FetchQueue({ ...FETCH_DEFAULTS, backoff_ms: 1, digest, fetch, log, ...options });
   const watcher = { lost: vi.fn(), answered: vi.fn(), missing: vi.fn() };
   queue.watch(watcher);
   const ask = async (of: Stream, number: number, isNeeded = false) => {
@@ -80,7 +95,7 @@ const BY_STREAM = "with all of its stream, as the rung is not there and ranges a
 describe("a rung that is not there", () => {
   it.each([404, 410, 403])("comes as a range (status %i), and so do others from then on", async (absent) => {
     const { files, shelf } = shelfOf();
-    const { queue, asked, logged, watcher, ask } = tree(kept, { absent, shelf });
+    const { queue, asked, logged, watcher, ask } = tree(kept, { other: () => failing(absent), shelf });
     expect(await ask(FIRST, 1)).toEqual(FIRST.part(1));
     expect(await Promise.all([ask(FIRST, 2), ask(OTHER, 0)])).toEqual([FIRST.part(2), OTHER.part(0)]);
     const ranges = [`${FIRST.url} bytes=10-29`, `${FIRST.url} bytes=30-59`, `${OTHER.url} bytes=0-9`];
@@ -98,7 +113,7 @@ describe("a rung that is not there", () => {
     expect(queue.cost_bytes({ url: FIRST.rung(2), bytes: 30 })).toBe(0);
     expect(queue.cost_bytes({ url: OTHER.rung(2), bytes: 30 })).toBeGreaterThan(1e9);
     expect(await ask(FIRST, 2)).toEqual(FIRST.part(2));
-    await expect(ask(OTHER, 0)).rejects.toMatchObject({ kind: "cancelled" });
+    await expect(ask(OTHER, 0)).rejects.toMatchObject({ kind: "forgone" });
     expect(asked).toEqual([FIRST.rung(1), `${FIRST.url} bytes=10-29`]);
     expect(logged()).toEqual([
       ["done", 60, BY_STREAM],
@@ -115,11 +130,29 @@ describe("a rung that is not there", () => {
   });
 
   it("does not come out of a stream that is not what its name promises, which is asked for twice", async () => {
-    const damaged: Answer = ({ bytes }) => new Response(bytes.map((byte, i) => (i === 50 ? byte ^ 1 : byte)));
     const { asked, ask, queue } = tree(damaged);
     await expect(ask(FIRST, 0)).rejects.toMatchObject({ kind: "corrupt", url: FIRST.url });
     expect(asked).toEqual([FIRST.rung(0), ...Array(2).fill(`${FIRST.url} bytes=0-9`)]);
     expect(queue.cost_bytes({ url: FIRST.rung(1), bytes: 20 })).toBeGreaterThan(0);
+  });
+
+  it.each(Object.entries({ damaged, cut }))(
+    "of which all comes %s says nothing of other streams, which are asked for parts next",
+    async (_, bad) => {
+      const { asked, ask, queue } = tree((...how) => (how[0] === FIRST ? bad(...how) : kept(...how)));
+      await expect(ask(FIRST, 0)).rejects.toBeInstanceOf(Error);
+      expect(queue.cost_bytes({ url: OTHER.rung(0), bytes: 10 })).toBeLessThan(1e9);
+      expect(await ask(OTHER, 0)).toEqual(OTHER.part(0));
+      expect(asked.at(-1)).toBe(`${OTHER.url} bytes=0-9`);
+    },
+  );
+
+  it("comes as a range at the second try where all of its stream broke off at the first, and so do others", async () => {
+    let tries = 0;
+    const { asked, ask } = tree((...how) => (tries++ === 0 ? cut(...how) : kept(...how)));
+    expect(await ask(FIRST, 0)).toEqual(FIRST.part(0));
+    expect(await ask(OTHER, 0)).toEqual(OTHER.part(0));
+    expect(asked.slice(1)).toEqual([...Array(2).fill(`${FIRST.url} bytes=0-9`), `${OTHER.url} bytes=0-9`]);
   });
 
   const lies: Record<string, Answer> = {
@@ -150,6 +183,14 @@ describe("a rung that is not there", () => {
     expect(watcher.missing).toHaveBeenCalledTimes(1);
   });
 
+  it("is tried as often as any file, however often its own address was", async () => {
+    let tries = 0;
+    const cutTwice: Answer = (...how) => (tries++ < 2 ? cut(...how) : kept(...how));
+    const { asked, ask } = tree(cutTwice, { attempts: 3, other: () => failing(asked.length < 3 ? 503 : 404) });
+    expect(await ask(FIRST, 1)).toEqual(FIRST.part(1));
+    expect(asked).toEqual([...Array(3).fill(FIRST.rung(1)), ...Array(3).fill(`${FIRST.url} bytes=10-29`)]);
+  });
+
   it("is believed without its place where a page may not read that of another origin", async () => {
     const hidden: Answer = ({ bytes }) => {
       const response = new Response(bytes.slice(10, 30), { status: 206 });
@@ -174,6 +215,19 @@ function held() {
   return { hold, answer: (response: Response) => answer(response), isCalledOff: () => isCalledOff };
 }
 
+/** An answer that has begun, and comes when told to. */
+function begun(init: ResponseInit = {}) {
+  let body: ReadableStreamDefaultController<Uint8Array> | undefined;
+  const start = (controller: typeof body) => {
+    body = controller;
+  };
+  const response = new Response(new ReadableStream({ start }), init);
+  return { response, comes: (bytes: Uint8Array) => body?.enqueue(bytes), ends: () => body?.close() };
+}
+
+/** A part of 60 bytes that has begun. */
+const begunPart = (place: string) => begun({ status: 206, headers: { "Content-Range": `bytes ${place}/60` } });
+
 /** As soon as so many have been asked for. */
 const until = (asked: readonly string[], count: number) =>
   vi.waitFor(() => expect(asked.length).toBe(count), { timeout: 4000, interval: 2 });
@@ -191,7 +245,7 @@ it("is forgone also when a silent server is tried with it, and then something el
   const other = queue.request("https://host/other", PRIORITY.finer);
   const before = asked.length;
   queue.probe();
-  await expect(forgone).rejects.toMatchObject({ kind: "cancelled" });
+  await expect(forgone).rejects.toMatchObject({ kind: "forgone" });
   await expect(other).rejects.toMatchObject({ kind: "status" });
   expect(asked.slice(before)).toEqual(["https://host/other"]);
 });
@@ -204,17 +258,28 @@ describe("while nobody knows how ranges are answered", () => {
     const both = [ask(FIRST, 0), ask(OTHER, 0)];
     await until(asked, 3);
     answers = kept;
-    let body: ReadableStreamDefaultController<Uint8Array> | undefined;
-    const start = (controller: typeof body) => {
-      body = controller;
-    };
-    const headers = { "Content-Range": "bytes 0-9/60" };
-    answer(new Response(new ReadableStream({ start }), { status: 206, headers }));
+    const { response, comes, ends } = begunPart("0-9");
+    answer(response);
+    comes(FIRST.bytes.slice(0, 1));
     expect(await both[1]).toEqual(OTHER.part(0));
-    body?.enqueue(FIRST.bytes.slice(0, 10));
-    body?.close();
+    comes(FIRST.bytes.slice(1, 10));
+    ends();
     expect(await both[0]).toEqual(FIRST.part(0));
     expect(asked.slice(2)).toEqual([`${FIRST.url} bytes=0-9`, `${OTHER.url} bytes=0-9`]);
+  });
+
+  it("who wants another stream than the one that comes whole hears so at once", async () => {
+    const { hold, answer } = held();
+    const { asked, ask } = tree(hold);
+    const [asking, waiting] = [ask(FIRST, 0), ask(OTHER, 0)];
+    await until(asked, 3);
+    const { response, comes, ends } = begun();
+    answer(response);
+    comes(FIRST.bytes.slice(0, 1));
+    await expect(waiting).rejects.toMatchObject({ kind: "forgone" });
+    comes(FIRST.bytes.slice(1));
+    ends();
+    expect(await asking).toEqual(FIRST.part(0));
   });
 
   it("who wants more of a stream that comes whole waits for that, and progress counts from where a rung begins", async () => {
@@ -222,28 +287,139 @@ describe("while nobody knows how ranges are answered", () => {
     const { queue, asked, logged, ask } = tree(hold);
     const both = Promise.all([ask(FIRST, 1), ask(FIRST, 2)]);
     await until(asked, 3);
-    let body: ReadableStreamDefaultController<Uint8Array> | undefined;
-    const start = (controller: typeof body) => {
-      body = controller;
-    };
-    answer(new Response(new ReadableStream({ start })));
+    const { response, comes, ends } = begun();
+    answer(response);
     for (const [to, came] of [
       [10, 0],
       [25, 15],
     ] as const) {
       const from = to === 10 ? 0 : 10;
-      body?.enqueue(FIRST.bytes.slice(from, to));
+      comes(FIRST.bytes.slice(from, to));
       await vi.waitFor(() => expect(queue.tally.bytes).toBe(to));
       expect(queue.came_bytes(FIRST.rung(1))).toBe(came);
     }
-    body?.enqueue(FIRST.bytes.slice(25));
-    body?.close();
+    comes(FIRST.bytes.slice(25));
+    ends();
     expect(await both).toEqual([FIRST.part(1), FIRST.part(2)]);
     expect(asked.length).toBe(3);
     expect(logged()).toEqual([
       ["done", 60, BY_STREAM],
-      ["done", 0, undefined],
+      ["kept", 0, undefined],
     ]);
+  });
+
+  it("what is asked for twice at once tells it by that which comes, and not by the other", async () => {
+    const [slow, whole] = [begunPart("0-9"), begun()];
+    const answers = [slow, whole].values();
+    const { asked, logged, ask } = tree((...how) => answers.next().value?.response ?? kept(...how), { quiet_ms: 5 });
+    const first = ask(FIRST, 0);
+    await until(asked, 3);
+    await new Promise((later) => setTimeout(later, 5));
+    slow.comes(FIRST.bytes.slice(0, 10));
+    slow.ends();
+    expect(await first).toEqual(FIRST.part(0));
+    expect(await ask(OTHER, 0)).toEqual(OTHER.part(0));
+    expect(logged().map(([, , detour]) => detour)).toEqual([BY_RANGE, BY_RANGE]);
+  });
+
+  it("a stream that comes whole takes room as such, and not as a rung", async () => {
+    const { response, comes, ends } = begun();
+    const starts = () => ({ receives: () => {}, ends: () => {} });
+    const meter = { request_bytes: 1, bytes_per_s: 1, hasRoom: (_: number, bytes: number) => bytes < 50, starts };
+    const { queue, asked, ask } = tree(() => response, { meter });
+    const first = ask(FIRST, 0);
+    await until(asked, 2);
+    comes(FIRST.bytes.slice(0, 1));
+    await vi.waitFor(() => expect(queue.tally.bytes).toBe(1));
+    const other = queue.request("https://host/other", PRIORITY.finer);
+    expect(asked.length).toBe(2);
+    comes(FIRST.bytes.slice(1));
+    ends();
+    expect(await first).toEqual(FIRST.part(0));
+    await expect(other).rejects.toMatchObject({ kind: "status" });
+  });
+
+  it("who waits takes no room, and asks for no address twice", async () => {
+    const { hold, answer } = held();
+    let answers = hold;
+    const starts = () => ({ receives: () => {}, ends: () => {} });
+    const meter = { request_bytes: 1, bytes_per_s: 1, hasRoom: (requests: number) => requests < 2, starts };
+    const { queue, asked, ask } = tree((...how) => answers(...how), { concurrency: 2, meter });
+    const both = [ask(FIRST, 0), ask(OTHER, 0)];
+    await until(asked, 3);
+    await expect(queue.request("https://host/other", PRIORITY.finer)).rejects.toMatchObject({ kind: "status" });
+    answers = kept;
+    answer(partOf(FIRST.bytes, "bytes=0-9"));
+    expect(await Promise.all(both)).toEqual([FIRST.part(0), OTHER.part(0)]);
+    const ranges = [`${FIRST.url} bytes=0-9`, `${OTHER.url} bytes=0-9`];
+    expect(asked).toEqual([FIRST.rung(0), OTHER.rung(0), ranges[0], "https://host/other", ranges[1]]);
+  });
+
+  it("who waits calls off no pack", async () => {
+    const bytes = new Uint8Array(100_000);
+    const hash = createHash("sha256").update(bytes.subarray(0, 10)).digest("hex");
+    const level = { url: `https://host/o/${hash}.glb`, from: 0, bytes: 10 };
+    const url = "https://host/o/some.pack";
+    const { response, comes, ends } = begun();
+    const { hold, answer } = held();
+    let answers = hold;
+    const other = (of: string) => (of === url ? response : failing(404));
+    const { queue, asked, ask } = tree((...how) => answers(...how), { concurrency: 2, other });
+    const both = [ask(FIRST, 0), ask(OTHER, 0)];
+    await until(asked, 3);
+    const slice = queue.slice(level, url, PRIORITY.finer, { bytes: bytes.length });
+    await until(asked, 4);
+    comes(bytes.subarray(0, 20));
+    expect((await slice).byteLength).toBe(10);
+    comes(bytes.subarray(20, 40));
+    await vi.waitFor(() => expect(queue.came_bytes(url)).toBe(40));
+    comes(bytes.subarray(40));
+    ends();
+    await vi.waitFor(() => expect(queue.isComing(url)).toBe(false));
+    expect(queue.tally.bytes).toBe(bytes.length);
+    answers = kept;
+    answer(partOf(FIRST.bytes, "bytes=0-9"));
+    expect(await Promise.all(both)).toEqual([FIRST.part(0), OTHER.part(0)]);
+  });
+
+  it("who falls silent lets another file come, and does not ask for its own address again", async () => {
+    const { hold } = held();
+    let tries = 0;
+    const answer: Answer = (...how) => (tries++ === 0 ? hold(...how) : kept(...how));
+    const { queue, asked, ask } = tree(answer, { quiet_ms: 20, concurrency: 1 });
+    const first = ask(FIRST, 0);
+    await expect(queue.request("https://host/other", PRIORITY.document)).rejects.toMatchObject({ kind: "status" });
+    expect(await first).toEqual(FIRST.part(0));
+    const range = `${FIRST.url} bytes=0-9`;
+    expect(asked).toEqual([FIRST.rung(0), range, "https://host/other", range]);
+  });
+
+  it("no other address of a rung is asked for from when a part begins to come", async () => {
+    const { response, comes, ends } = begunPart("0-9");
+    const { queue, asked, ask } = tree((...how) => (how[0] === FIRST ? response : kept(...how)));
+    const first = ask(FIRST, 0);
+    await until(asked, 2);
+    comes(FIRST.bytes.slice(0, 1));
+    await vi.waitFor(() => expect(queue.tally.bytes).toBe(1));
+    expect(await ask(OTHER, 0)).toEqual(OTHER.part(0));
+    expect(asked.slice(2)).toEqual([`${OTHER.url} bytes=0-9`]);
+    comes(FIRST.bytes.slice(1, 10));
+    ends();
+    expect(await first).toEqual(FIRST.part(0));
+  });
+
+  it("a cache of the browser is not taken for the server, and is of use when that is known", async () => {
+    const caches: (RequestCache | undefined)[] = [];
+    // One that has all of a stream cuts ranges out of it, whatever the server does with them.
+    const cached: Answer = (of, range, signal, cache) => {
+      caches.push(cache);
+      return (cache === "reload" ? ignored : kept)(of, range, signal);
+    };
+    const { ask } = tree(cached);
+    expect(await ask(FIRST, 0)).toEqual(FIRST.part(0));
+    await expect(ask(OTHER, 0)).rejects.toMatchObject({ kind: "forgone" });
+    expect(await ask(OTHER, 0, true)).toEqual(OTHER.part(0));
+    expect(caches).toEqual(["reload", "default"]);
   });
 
   it.each(["asks", "waits"])("who %s can be called off, and the other goes on", async (who) => {

@@ -1,6 +1,7 @@
 /**
  * Is what came the part of a file that was asked for? A server may answer a range with that part (206) or, where it knows no ranges, with all
- * of the file (200); whatever else it answers is not believed. The same rules as in `client/src/source/http.rs`.
+ * of the file (200); whatever else it answers is not believed. `client/src/source/http.rs` has the same rules, but for two: it takes no part without its place, which it
+ * can always read, and all of a file at whatever length the hash in its name is of; here that is verified later, and the published length is kept to at once.
  */
 
 /** A part of a file. */

@@ -11,9 +11,9 @@ export class FetchError extends Error {
   constructor(
     /**
      * What is `broken` had begun to come, and broke off or could not be unpacked: the server answers. To a `range` it answers with something
-     * else than that part, or more than is of use.
+     * else than that part, or more than is of use. What is `forgone` could only be had with much else, and something else is the better buy.
      */
-    readonly kind: "broken" | "cancelled" | "corrupt" | "range" | "status" | "unreachable",
+    readonly kind: "broken" | "cancelled" | "corrupt" | "forgone" | "range" | "status" | "unreachable",
     readonly url: string,
     message: string,
     /** Of an answer that is an error. */
@@ -59,8 +59,6 @@ export interface TransferOptions {
   readonly answered?: (wait_ms: number) => void;
   /** Of what is at the URL, only this part is wanted. */
   readonly span?: Span | undefined;
-  /** Hears, when an answer begins to such a wish, whether all comes and not only that part. */
-  readonly begins?: (isAll: boolean) => void;
 }
 
 /** Takes a piece of an answer: of what was asked for, or of all of a file of which a part was. */
@@ -69,7 +67,7 @@ export type Receive = (piece: Uint8Array, isAll: boolean) => void;
 /** One try; answers the headers. Throws `unreachable` or `broken` for what may pass, `status` or `range` for what will not. */
 export async function transfer(
   url: string,
-  { fetch, cache, signal, stall_ms, quiet_ms, quiet = () => {}, answered = () => {}, span, begins }: TransferOptions,
+  { fetch, cache, signal, stall_ms, quiet_ms, quiet = () => {}, answered = () => {}, span }: TransferOptions,
   receive: Receive,
 ): Promise<Headers> {
   // Not `AbortSignal.any`: browsers keep whoever listens to what that makes for as long as the page is there.
@@ -111,10 +109,7 @@ export async function transfer(
     }
     answered(performance.now() - asked_ms);
     const isAll = span !== undefined && isWhole(response);
-    if (span) {
-      keepTo(url, misplaced(response, span));
-      begins?.(isAll);
-    }
+    if (span) keepTo(url, misplaced(response, span));
     body = response.body?.getReader();
     let came = 0;
     while (body) {

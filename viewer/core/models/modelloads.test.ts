@@ -1,9 +1,10 @@
-import { describe, expect, it } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import type { PlacedObject } from "../documents/placedobject.ts";
 import type { FetchQueue } from "../fetch/fetchqueue.ts";
+import { FetchError } from "../fetch/transfer.ts";
 import type { Tree } from "../fetch/tree.ts";
 import { FrameBudget } from "../pace/framebudget.ts";
-import { gradesOf } from "../strategy/grade.ts";
+import { goalOf, gradesOf } from "../strategy/grade.ts";
 import type { Want } from "../strategy/priority.ts";
 import { ResidencySet } from "../strategy/residency.ts";
 import type { Growing } from "./growing.ts";
@@ -38,10 +39,18 @@ const settle = () => new Promise((resolve) => setTimeout(resolve, 5));
 /** Loads rungs of that model, which a renderer takes in; its other methods do nothing. */
 function setUp(host: Pick<ModelHost, "decode">, budget = new FrameBudget(1e9, () => 0)) {
   const answers = new Map<string, (bytes: ArrayBuffer) => void>();
+  const losses = new Map<string, (error: unknown) => void>();
   const decoded: number[] = [];
+  const changed = vi.fn();
+  const forgotten = vi.fn();
   const loads = new ModelLoads({
     queue: {
-      request: (url: string) => new Promise<ArrayBuffer>((resolve) => answers.set(url, resolve)),
+      request: (url: string) =>
+        new Promise<ArrayBuffer>((resolve, reject) => {
+          answers.set(url, resolve);
+          losses.set(url, reject);
+        }),
+      forget: forgotten,
       cancel: () => {},
       reprioritise: () => {},
     } as unknown as FetchQueue,
@@ -54,12 +63,12 @@ function setUp(host: Pick<ModelHost, "decode">, budget = new FrameBudget(1e9, ()
         decoded.push(rung);
         return { glb: new ArrayBuffer(1), state_bytes: 0 };
       },
-      close: () => {},
+      close: forgotten,
       taken: () => 0,
       end: () => {},
     } as unknown as SmoothLods,
     growing: { end: () => {} } as unknown as Growing,
-    changed: () => {},
+    changed,
     problem: (error) => {
       throw error;
     },
@@ -69,7 +78,7 @@ function setUp(host: Pick<ModelHost, "decode">, budget = new FrameBudget(1e9, ()
   const arrive = () => {
     for (const answer of answers.values()) answer(new ArrayBuffer(2));
   };
-  return { loads, want, answers, arrive, decoded };
+  return { loads, want, answers, losses, arrive, decoded, changed, forgotten };
 }
 
 it("a load that is cancelled when all of it has come decodes nothing", async () => {
@@ -87,6 +96,26 @@ it("a load that is cancelled when all of it has come decodes nothing", async () 
   await settle();
   expect(decoded).toEqual([0]);
   expect(loads.of(3).held).toMatchObject({ kind: "rung", number: 0 });
+});
+
+it("rungs that are left for levels let these be planned at once, are told as no loss, and may come another time", async () => {
+  const { loads, want, losses, changed, forgotten } = setUp({
+    decode: () => Promise.reject(new Error("nothing came")),
+  });
+  loads.follow([want]);
+  const url = "/o/a.r0.slod";
+  losses.get(url)?.(new FetchError("forgone", url, "all of its stream would come"));
+  await settle();
+  expect(changed).toHaveBeenCalledTimes(1);
+  expect(goalOf(MODEL, 0, loads.of(3), () => 0)?.kind).toBe("level");
+  const failed = new Set([...loads.of(3).failed, "level 0"]);
+  expect(
+    goalOf(MODEL, 0, { ...loads.of(3), failed }, () => 0),
+    "they are asked for no more",
+  ).toBeUndefined();
+  expect([loads.notes, forgotten.mock.calls]).toEqual([[], []]);
+  loads.forgive("passing");
+  expect(loads.of(3).failed.size).toBe(0);
 });
 
 describe("what the graphics card gets ready for", () => {

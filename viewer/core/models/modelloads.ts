@@ -223,6 +223,8 @@ export class ModelLoads implements ModelNotes {
 
   private fail({ model: { model, smooth }, grade }: Load, error: unknown): void {
     this.failed.add(model, grade, error);
+    // That is no loss: levels are the better buy.
+    if (error instanceof FetchError && error.kind === "forgone") return;
     if (grade.kind !== "rung" && grade.kind !== "grown") {
       this.parts.problem(error);
       return;
