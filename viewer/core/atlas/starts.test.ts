@@ -53,6 +53,24 @@ it("is not read by who begins elsewhere", async () => {
   expect(asked('{"start"')).toEqual([]);
 });
 
+it("is asked for once by who stands where no cell is known either", async () => {
+  let starts: string[] = [];
+  const spoil = (files: Files) => {
+    starts = paths(files, '{"start"');
+    drop(files, '{"start"', '{"cells"');
+  };
+  const { explorer, go, quiet, requests } = await explore({ perChunk: 64, started: true, spoil });
+  const asked = () => requests.filter((path) => starts.includes(path)).length;
+  for (let frame = 0; frame < 20; frame += 1) {
+    go([...FIRST_ROOM]);
+    await quiet();
+  }
+  expect(asked()).toBe(1);
+  explorer.retry();
+  await quiet();
+  expect(asked()).toBe(2);
+});
+
 it("is done without where it cannot be had", async () => {
   const spoil = (files: Files) => drop(files, '{"start"');
   const { explorer, problems } = await standing(FIRST_ROOM, { started: true, spoil });

@@ -4,7 +4,9 @@
  */
 import { holdsAlone } from "../basics/convex.ts";
 import { distanceToBounds, type Vec3 } from "../basics/geometry.ts";
-import type { CellEntry, Start } from "../documents/documents.ts";
+import type { CellEntry, FileRef, Start } from "../documents/documents.ts";
+import { forgive, type Loss, type Retried } from "../fetch/losses.ts";
+import { FetchError } from "../fetch/transfer.ts";
 import { Gate } from "../pace/gate.ts";
 import { PRIORITY } from "../strategy/priority.ts";
 import type { CellIndex, Located } from "./cellindex.ts";
@@ -16,6 +18,8 @@ import type { Locator } from "./whereabouts.ts";
 export class Starts implements Locator {
   /** To be opened when a start takes too long: the index says the same. */
   readonly late = new Gate();
+  /** Those that cannot be had; each is asked for once, until one tries again: who stands where no cell is known asks all the while. */
+  private readonly lost = new Map<string, Loss>();
 
   constructor(
     private readonly scene: PublishedScene,
@@ -37,9 +41,25 @@ export class Starts implements Locator {
   /** Takes in what the start of a cell tells of what can be seen from there, where parts of the index are lost; answers whether there is one. */
   async takeFor(cell: number): Promise<boolean> {
     const named = this.scene.manifest.starts.find((start) => start.cell === cell);
-    const start = named && (await this.scene.start(named, PRIORITY.document).catch(() => undefined));
+    const start = named && (await this.read(named));
     if (start) this.directory.take(start);
     return start !== undefined;
+  }
+
+  /** Tries again what could not be had. */
+  forgive(retried: Retried): void {
+    forgive(this.lost, retried);
+  }
+
+  private async read(named: FileRef): Promise<Start | undefined> {
+    if (this.lost.has(named.url)) return undefined;
+    try {
+      return await this.scene.start(named, PRIORITY.document);
+    } catch (error) {
+      const isCancelled = error instanceof FetchError && error.kind === "cancelled";
+      if (!isCancelled) this.lost.set(named.url, { error });
+      return undefined;
+    }
   }
 
   /** The cell that surely holds a point, unless it was met already. A start that cannot be had is done without. */
@@ -48,7 +68,7 @@ export class Starts implements Locator {
       return distanceToBounds(bounds, point) === 0 && (!this.directory.grows || bytes <= grownBytes);
     });
     if (!named || this.index.known(named.cell)) return undefined;
-    const coming = this.scene.start(named, PRIORITY.document).catch(() => undefined);
+    const coming = this.read(named);
     const take = (start: Start | undefined) => {
       const here = start?.cells.find(({ cell }) => cell === start.start);
       if (!start || here?.cell !== named.cell || !holdsAlone(here, point)) return undefined;

@@ -199,6 +199,7 @@ export class Outlook {
 
   /** Tries again what failed. */
   retry(retried: Retried): void {
+    this.starts.forgive(retried);
     if (this.loss && !mayRetry(this.loss, retried) && !this.lacksAround) return;
     this.surroundings.forget();
     if (this.hasStrayed && this.position) this.whereabouts.follow(this.position);
