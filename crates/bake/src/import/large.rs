@@ -5,7 +5,7 @@
 //! So the wish of such a model is dropped, and told.
 
 use crate::defect::Defects;
-use crate::source::{Primitive, SourceModel, SourceScene};
+use crate::source::{Primitive, SourceScene};
 
 /// Most shapes of a model that stays one object for its pictures.
 pub(super) const MOST_PICTURED: usize = 1 << 20;
@@ -16,7 +16,8 @@ const TOO_LARGE: &str = "`impostor` of a model of more than 1048576 triangles: n
 pub(super) fn drop_wishes(scene: &mut SourceScene, defects: &mut Defects) {
     for model in scene.models.iter_mut().filter(|model| model.impostor.is_some()) {
         if is_too_large(&model.primitives) {
-            drop_wish(model, defects);
+            model.impostor = None;
+            defects.note(TOO_LARGE, 1, || model.name.clone());
         }
     }
 }
@@ -31,17 +32,12 @@ pub(super) fn shapes(primitives: &[Primitive]) -> usize {
     primitives.iter().map(Primitive::count).sum()
 }
 
-/// Drops the wish of a model that is too large.
-pub(super) fn drop_wish(model: &mut SourceModel, defects: &mut Defects) {
-    model.impostor = None;
-    defects.note(TOO_LARGE, 1, || model.name.clone());
-}
-
 #[cfg(test)]
 mod tests {
     use belvedere_scene::impostor::Wish;
 
     use super::*;
+    use crate::source::SourceModel;
 
     #[test]
     fn what_is_too_large_gets_no_pictures_and_is_named() {

@@ -29,6 +29,7 @@ impl Default for Limits {
 pub(super) struct Budget {
     limit_bytes: u64,
     claimed_bytes: Rc<Cell<u64>>,
+    held_shapes: Rc<Cell<usize>>,
 }
 
 impl Budget {
@@ -36,6 +37,7 @@ impl Budget {
         Self {
             limit_bytes: limits.memory_bytes,
             claimed_bytes: Rc::default(),
+            held_shapes: Rc::default(),
         }
     }
 
@@ -58,6 +60,16 @@ impl Budget {
         }
         self.claimed_bytes.set(claimed_bytes);
         Ok(())
+    }
+
+    /// Counts shapes of poses that are held together.
+    pub(super) fn hold(&self, shapes: usize) {
+        self.held_shapes.set(self.held_shapes() + shapes);
+    }
+
+    /// How many of these there are so far.
+    pub(super) fn held_shapes(&self) -> usize {
+        self.held_shapes.get()
     }
 
     /// What can be claimed in all.

@@ -3,8 +3,11 @@
 
 use belvedere_scene::procedural::cut;
 
-/// What marks, of cameras too.
-const KINDS: [&str; 6] = ["avatar", "cell", "door", "occluder", "portal", "viewpoint"];
+/// What marks nodes, of cameras too.
+pub(super) const OF_NODES: &[&str] = &["avatar", "cell", "door", "occluder", "portal", "viewpoint"];
+
+/// What marks in rules, which have a statement for viewpoints.
+pub(super) const OF_RULES: &[&str] = &["cell", "door", "occluder", "portal"];
 
 /// What looks like a colon.
 const COLONS: [char; 7] = [':', '：', '∶', 'ː', '꞉', '﹕', '։'];
@@ -26,12 +29,12 @@ const LETTERS: [(char, &str); 10] = [
 pub(super) const KIND: &str = "name that looks as if it marked something and does not: nothing but a name; a mark is written in small letters \
                                from a to z, with `:` at once behind it";
 
-/// The mark that a name looks like and has not, with the name.
-pub(super) fn told(name: &str) -> Option<String> {
+/// Which of these marks a name looks like and has not, with the name.
+pub(super) fn told(name: &str, kinds: &[&str]) -> Option<String> {
     let (end, colon) = name.char_indices().find(|(_, c)| COLONS.contains(c))?;
     let stem = &name[..end];
     let folded: String = stem.chars().filter_map(folded).collect();
-    let kind = KINDS.into_iter().find(|kind| *kind == folded)?;
+    let kind = *kinds.iter().find(|kind| **kind == folded)?;
     if stem == kind && colon == ':' {
         return None;
     }
@@ -79,7 +82,7 @@ mod tests {
             (" OCCLUDER:", "\" OCCLUDER:\" looks like `occluder:`"),
             ("Viewpoint:Hall", "\"Viewpoint:Hall\" looks like `viewpoint:`"),
         ] {
-            assert_eq!(told(name).as_deref(), Some(wanted), "{name}");
+            assert_eq!(told(name, OF_NODES).as_deref(), Some(wanted), "{name}");
         }
         for name in [
             "door:x",
@@ -91,7 +94,7 @@ mod tests {
             "",
             "lamp: cell:x",
         ] {
-            assert_eq!(told(name), None, "{name}");
+            assert_eq!(told(name, OF_NODES), None, "{name}");
         }
     }
 }

@@ -210,15 +210,21 @@ fn references(reader: &mut Reader, item: &Item, key: &str) -> Result<Vec<(usize,
 
 /// What the author says a node is: `extras.belvedere.kind`, or else the start of its name.
 fn author_kind<'a>(node: &Item<'a>) -> Option<&'a str> {
+    stated_kind(node).or_else(|| Some(node.name()?.split_once(':')?.0))
+}
+
+fn stated_kind<'a>(node: &Item<'a>) -> Option<&'a str> {
     let belvedere = node.value.get("extras").and_then(|e| e.get("belvedere"));
-    let stated = belvedere.and_then(|b| b.get("kind")).and_then(|k| k.as_str());
-    stated.or_else(|| Some(node.name()?.split_once(':')?.0))
+    belvedere.and_then(|b| b.get("kind")).and_then(|k| k.as_str())
 }
 
 fn author_mark(reader: &mut Reader, node: &Item) -> Option<Mark> {
     let Some(mark) = author_kind(node).and_then(Mark::of) else {
-        let alike = node.name().and_then(lookalike::told);
-        reader.defects.name(lookalike::KIND, alike);
+        // Of what is something by other means, a name is nothing but a name.
+        if stated_kind(node).is_none() && node.value.get("camera").is_none() {
+            let alike = node.name().and_then(|name| lookalike::told(name, lookalike::OF_NODES));
+            reader.defects.name(lookalike::KIND, alike);
+        }
         return None;
     };
     if mark == Mark::Avatar {

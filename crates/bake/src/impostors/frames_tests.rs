@@ -1,12 +1,15 @@
 //! What holds of impostors that move: each frame is its pose, colours that others choose are noted, nothing depends on threads.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use belvedere_scene::impostor::Wish;
 use glam::Vec3;
 use image::{ImageFormat, RgbaImage};
 use serde_json::json;
 
 use super::*;
-use crate::progress::{Counted, Silent};
+use crate::progress::{Counted, Silent, Stage};
 use crate::source::{Frames, Material, Primitive, SourceScene};
 
 const SIZE_PX: u32 = 32;
@@ -84,6 +87,57 @@ fn each_frame_shows_its_own_pose_in_the_ball_of_all() {
     assert_ne!(frame(&moving.colour, 0), frame(&moving.colour, 1));
 }
 
+/// The same model, whose two poses are grown when they are drawn.
+fn grown_later(
+    model: &SourceModel,
+    looks: Vec<Primitive>,
+    grow: impl Fn(u32) -> Vec<Primitive> + Send + Sync + 'static,
+) -> SourceModel {
+    SourceModel {
+        poses: Vec::new(),
+        frames: Some(Frames {
+            count: 2,
+            grow: Arc::new(grow),
+            looks,
+        }),
+        ..model.clone()
+    }
+}
+
+/// Stops when so many frames were grown.
+struct Grown {
+    count: Arc<AtomicU32>,
+    most: u32,
+}
+
+impl Progress for Grown {
+    fn start(&self, _: Stage, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn cancelled(&self) -> bool {
+        self.count.load(Ordering::Relaxed) >= self.most
+    }
+}
+
+/// Both are grown for their corners, for how far these reach, and to be drawn.
+#[test]
+fn who_cancels_waits_for_one_frame_at_most() {
+    let scene = flag();
+    let surfaces = Surfaces::new(&scene);
+    let model = &scene.models[0];
+    for most in 0..6 {
+        let count = Arc::new(AtomicU32::new(0));
+        let (poses, grown) = (model.poses.clone(), Arc::clone(&count));
+        let later = grown_later(model, Vec::new(), move |number| {
+            grown.fetch_add(1, Ordering::Relaxed);
+            poses[number as usize].clone()
+        });
+        let progress = Grown { count, most };
+        let stopped = bake(&later, &surfaces, model.impostor.unwrap(), &progress);
+        assert_eq!(stopped, Err(Cancelled));
+        assert_eq!(progress.count.load(Ordering::Relaxed), most);
+    }
+}
+
 /// One after the other and with materials of their own numbers, they are the same pictures, and each is a step.
 #[test]
 fn frames_that_are_grown_when_they_are_drawn_look_the_same() {
@@ -103,15 +157,9 @@ fn frames_that_are_grown_when_they_are_drawn_look_the_same() {
         material: Some(material),
         ..Primitive::default()
     };
-    let later = SourceModel {
-        poses: Vec::new(),
-        frames: Some(Frames {
-            count: 2,
-            grow: std::sync::Arc::new(move |number| poses[number as usize].clone()),
-            looks: vec![look(1), look(0)],
-        }),
-        ..model.clone()
-    };
+    let later = grown_later(model, vec![look(1), look(0)], move |number| {
+        poses[number as usize].clone()
+    });
     let counted = Counted::default();
     let drawn = bake(&later, &surfaces, wish, &counted).unwrap();
     assert_eq!(drawn, bake(model, &surfaces, wish, &Silent).unwrap());

@@ -74,16 +74,19 @@ pub fn bake(
     progress: &dyn Progress,
 ) -> Result<Option<Baked>, Cancelled> {
     let wish = Wish { frames: 1, ..wish };
-    let Some((centre, radius)) = raster::ball(model.pose_count(), |number| model.pose(number)) else {
+    let pose = |number| {
+        if progress.cancelled() {
+            return Err(Cancelled);
+        }
+        Ok(model.pose(number))
+    };
+    let Some((centre, radius)) = raster::ball(model.pose_count(), pose)? else {
         return Ok(None);
     };
     let mut off_px: f64 = 1.0;
     let mut frames: Option<Atlas> = None;
     for number in 0..model.pose_count() {
-        if progress.cancelled() {
-            return Err(Cancelled);
-        }
-        let pose = model.pose(number);
+        let pose = pose(number)?;
         let body = Body::within(&pose, surfaces, (centre, radius));
         let drawn = draw(&body, wish);
         progress.advance(1);

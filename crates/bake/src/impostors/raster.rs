@@ -6,6 +6,7 @@
 //! are not drawn.
 
 use std::borrow::Cow;
+use std::convert::Infallible;
 
 use belvedere_scene::impostor::octahedral::Axes;
 use glam::{DVec3, Vec3};
@@ -62,7 +63,8 @@ impl<'a> Body<'a> {
     /// Puts a model's triangles into their ball; `None` when they have no extent.
     #[must_use]
     pub fn new(primitives: &'a [Primitive], surfaces: &'a Surfaces<'_>) -> Option<Self> {
-        Some(Self::within(primitives, surfaces, ball(1, |_| primitives.into())?))
+        let Ok(ball) = ball(1, |_| Ok::<_, Infallible>(primitives.into()));
+        Some(Self::within(primitives, surfaces, ball?))
     }
 
     /// The same in a given ball (middle, radius), which other bodies share.
@@ -104,19 +106,25 @@ impl<'a> Body<'a> {
 }
 
 /// The ball around so many poses (middle, radius); `None` when they have no extent. Each is asked for twice, one after the other.
-#[must_use]
-pub fn ball<'p>(count: u32, pose: impl Fn(u32) -> Cow<'p, [Primitive]>) -> Option<(DVec3, f64)> {
+///
+/// # Errors
+/// The first that a pose has.
+pub fn ball<'p, E>(
+    count: u32,
+    pose: impl Fn(u32) -> Result<Cow<'p, [Primitive]>, E>,
+) -> Result<Option<(DVec3, f64)>, E> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for number in 0..count {
-        (low, high) = corners(&pose(number)).fold((low, high), |(low, high), p| (low.min(p), high.max(p)));
+        (low, high) = corners(&pose(number)?).fold((low, high), |(low, high), p| (low.min(p), high.max(p)));
     }
     let centre = (low + high) / 2.0;
-    let reach = |number| {
-        let pose = pose(number);
-        corners(&pose).map(|p| p.distance(centre)).fold(0.0, f64::max)
-    };
-    let radius = (0..count).map(reach).fold(0.0, f64::max);
-    (radius > 0.0 && radius.is_finite()).then_some((centre, radius))
+    let mut radius: f64 = 0.0;
+    for number in 0..count {
+        radius = corners(&pose(number)?)
+            .map(|p| p.distance(centre))
+            .fold(radius, f64::max);
+    }
+    Ok((radius > 0.0 && radius.is_finite()).then_some((centre, radius)))
 }
 
 /// The corners of its triangles.

@@ -253,9 +253,9 @@ class Parser extends StatementParser {
         const { name, at } = use;
         const lone = this.lone.get(name);
         if (lone !== undefined && lone < at) throw new Fault(at, loneLet(name));
-        if (this.own.has(at)) throw new Fault(at, ofItself(name));
         const formals = formalsOf(name, functions);
         if (formals) throw new Fault(at, functionAsValue(name, formals));
+        if (this.own.has(at)) throw new Fault(at, ofItself(name));
         throw new Fault(at, unknown("value", name, [...names, ...OWN_VALUES]), "unknown");
       }
       use.slot = slot;

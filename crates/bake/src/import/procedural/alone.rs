@@ -7,6 +7,7 @@ use belvedere_scene::procedural::{
 };
 
 use super::scene::{material, primitive};
+use crate::import::limits::Budget;
 use crate::progress::Progress;
 use crate::source::{Primitive, SourceScene};
 
@@ -20,6 +21,8 @@ pub(super) struct Alone<'a> {
     pub(super) material_of: &'a BTreeMap<usize, usize>,
     /// Materials that the whole model has not, and where they were added.
     pub(super) added: Vec<(Surface, usize)>,
+    /// Counts the poses of the whole source that are held.
+    pub(super) budget: &'a Budget,
     /// Who looks on.
     pub(super) progress: &'a dyn Progress,
     /// Hears of steps, and those that were taken so far.

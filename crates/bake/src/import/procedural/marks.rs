@@ -62,9 +62,13 @@ pub(super) fn note_lookalikes(grown: &Grown, (program, folder): (&Program, &str)
         .filter_map(|part| Some((part.called?, part.name.as_str())));
     let called: BTreeSet<(SaidInFile, &str)> = called.collect();
     let place_of = places(program, folder);
-    let alike = called
-        .into_iter()
-        .filter_map(|(said, name)| Some(format!("{}: {}", place_of(said), lookalike::told(name)?)));
+    let alike = called.into_iter().filter_map(|(said, name)| {
+        Some(format!(
+            "{}: {}",
+            place_of(said),
+            lookalike::told(name, lookalike::OF_RULES)?
+        ))
+    });
     defects.name(lookalike::KIND, alike);
 }
 

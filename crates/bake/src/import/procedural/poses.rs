@@ -15,7 +15,9 @@ const NOT_ALONE: &str =
     "`frames` for a part that cannot be grown alone, as one that places others or takes on paint: one pose drawn";
 const ALIKE: &str = "`frames` for a part that looks the same at each `phase`: all frames drawn alike; let `phase` move it, or leave `frames` out";
 
-/// Most shapes of all poses of a model that are held at once.
+const TOO_LARGE: &str = "`impostor` of a part of which a frame has more than 1048576 triangles: no pictures; let it have fewer at that `phase`";
+
+/// Most shapes of all poses of a source that are held at once.
 const MOST_HELD: usize = large::MOST_PICTURED;
 
 /// Gives a model the poses of its part, if that asks for frames. What cannot be grown alone has none, which is counted; what is too
@@ -37,6 +39,7 @@ pub(super) fn pose(
     };
     let (mut poses, mut shapes, mut is_alike): (Vec<Vec<Primitive>>, _, _) = (Vec::new(), 0, true);
     let mut materials = BTreeSet::new();
+    let room = MOST_HELD.saturating_sub(alone.budget.held_shapes());
     for frame in 0..frames {
         if alone.progress.cancelled() {
             return Err(ImportError::Cancelled);
@@ -45,23 +48,27 @@ pub(super) fn pose(
         let pose = alone.posed((&posed, part.asked), scene);
         let pose = pose.map_err(|error| in_frame(error, (frame, frames)))?;
         if large::is_too_large(&pose) {
-            large::drop_wish(model, defects);
+            model.impostor = None;
+            defects.note(TOO_LARGE, 1, || {
+                format!("{}, frame {} of {frames}", part.name, frame + 1)
+            });
             return Ok(());
         }
         shapes += large::shapes(&pose);
         materials.extend(pose.iter().filter_map(|primitive| primitive.material));
         is_alike &= poses.first().is_none_or(|first| *first == pose);
-        if shapes > MOST_HELD {
+        if shapes > room {
             poses.truncate(1);
         }
-        if shapes <= MOST_HELD || poses.is_empty() {
+        if shapes <= room || poses.is_empty() {
             poses.push(pose);
         }
     }
     if is_alike {
         defects.note(ALIKE, 1, || part.name.clone());
     }
-    if shapes <= MOST_HELD {
+    if shapes <= room {
+        alone.budget.hold(shapes);
         model.poses = poses;
     } else {
         model.frames = Some(grown_later(recipe.clone(), frames, (alone, &materials)));

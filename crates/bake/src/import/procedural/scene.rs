@@ -76,6 +76,7 @@ pub(super) fn scene_of(
         surfaces: &grown.materials,
         material_of: &material_of,
         added: Vec::new(),
+        budget,
         progress,
         watch,
         steps: grown.usage.steps,

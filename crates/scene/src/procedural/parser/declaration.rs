@@ -319,8 +319,8 @@ impl<'t> Parser<'t> {
                     let is_lone = self.lone.get(name.as_str()).is_some_and(|at| *at < used.at);
                     let problem = match formals_of(&name, &module.functions) {
                         _ if is_lone => Problem::LoneLet(name),
-                        _ if self.own.contains(&used.at) => Problem::OfItself(name),
                         Some(formals) => Problem::FunctionAsValue { name, formals },
+                        None if self.own.contains(&used.at) => Problem::OfItself(name),
                         None => unknown("value", &name, names.into_iter().chain(OWN_VALUES)),
                     };
                     return Err((used.at, problem));

@@ -1,11 +1,15 @@
 //! How do parts move whose impostors have frames, and what is told of a frame that is wrong?
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use belvedere_scene::procedural::Value;
+use serde_json::json;
 
 use super::{Beside, rules};
 use crate::import::procedural::{Ground, Sowing};
-use crate::import::{Imported, Limits, import, import_sown};
-use crate::progress::Silent;
+use crate::import::testing::Gltf;
+use crate::import::{ImportError, Imported, Limits, import, import_sown};
+use crate::progress::{Progress, Silent, Stage};
 use crate::source::Primitive;
 
 #[test]
@@ -170,29 +174,89 @@ fn large_frames_grow_again_when_they_are_drawn() {
     assert!(colours[0] != colours[1] && colours[1] != colours[2]);
 }
 
-/// No frame of it is grown, or none behind the first that is too large.
+/// Two models that are small each would take twice as much together, however often a part is asked for.
+#[test]
+fn frames_are_held_up_to_a_sum_of_the_whole_source() {
+    let sea = "part sea(phase, tall) {
+          impostor(views = 2, size = 16, frames = 3)
+          heights x, z in 9 by 9 steps 300 by 300 = tall * sin(x + 360 * phase)
+        }";
+    let of_rules = roomy(&format!("{sea} sea(0, 1) sea(0, 2)")).scene;
+    let node = |tall: u32| json!({"extras": {"belvedere": {"procedural": "sea.dcg", "parameters": {"tall": tall}}}});
+    let mut gltf = Gltf::triangle();
+    for tall in [1, 2] {
+        let node = gltf.push("nodes", node(tall));
+        gltf.json["scenes"][0]["nodes"]
+            .as_array_mut()
+            .unwrap()
+            .push(node.into());
+    }
+    let files = Beside([("sea.dcg", format!("{sea} parameter tall = 1 sea(0, tall)").into())].into());
+    let of_nodes = import("world.glb", gltf.glb(), &files, &Limits::default(), &Silent).unwrap();
+    for scene in [of_rules, of_nodes.scene] {
+        let seas = scene.models.iter().filter(|model| model.impostor.is_some());
+        let held: Vec<_> = seas.map(|model| (model.poses.len(), model.frames.is_some())).collect();
+        assert_eq!(held, [(3, false), (0, true)]);
+    }
+}
+
+/// No frame of it is grown.
 #[test]
 fn what_is_too_large_for_pictures_has_no_frames() {
-    let told = |size: &str, wrong: &str| {
-        let text = format!(
-            "part sea(phase) {{ impostor(frames = 4) let wrong = if {wrong} then 1 / 0 else 0 \
-             heights x, z in 9 by 9 steps {size} by 1000 = x * phase + wrong }} sea(0)"
-        );
-        roomy(&text)
-    };
-    for (size, wrong) in [("1000", "phase > 0"), ("10 + 990 * (phase > 0.3)", "phase > 0.5")] {
-        let imported = told(size, wrong);
-        let model = &imported.scene.models[0];
-        assert!(model.impostor.is_none() && model.poses.is_empty() && model.frames.is_none());
-        let kinds: Vec<_> = imported
-            .defects
-            .iter()
-            .map(|defect| (defect.kind, defect.count))
-            .collect();
-        assert_eq!(kinds.len(), 1);
-        assert!(
-            kinds[0].0.contains("more than 1048576 triangles") && kinds[0].1 == 1,
-            "{kinds:?}"
-        );
+    assert_eq!(
+        pictureless("1000", "phase > 0"),
+        (
+            "`impostor` of a model of more than 1048576 triangles: no pictures, and cut into several objects; let parts that it is \
+             made of ask for them",
+            "sea".to_owned()
+        )
+    );
+}
+
+/// None is grown behind the first that is too large.
+#[test]
+fn what_is_too_large_in_a_frame_is_told_with_its_number() {
+    assert_eq!(
+        pictureless("10 + 990 * (phase > 0.3)", "phase > 0.5"),
+        (
+            "`impostor` of a part of which a frame has more than 1048576 triangles: no pictures; let it have fewer at that `phase`",
+            "sea, frame 3 of 4".to_owned()
+        )
+    );
+}
+
+/// What is told of a sea of so many steps that gets no pictures, and of which a frame would be wrong.
+fn pictureless(steps: &str, wrong: &str) -> (&'static str, String) {
+    let imported = roomy(&format!(
+        "part sea(phase) {{ impostor(frames = 4) let wrong = if {wrong} then 1 / 0 else 0 \
+         heights x, z in 9 by 9 steps {steps} by 1000 = x * phase + wrong }} sea(0)"
+    ));
+    let model = &imported.scene.models[0];
+    assert!(model.impostor.is_none() && model.poses.is_empty() && model.frames.is_none());
+    let told: Vec<_> = imported.defects.iter().collect();
+    assert_eq!((told.len(), told[0].count), (1, 1));
+    (told[0].kind, told[0].first.clone())
+}
+
+/// Stops at the second frame.
+#[derive(Default)]
+struct AfterOneFrame(AtomicU64);
+
+impl Progress for AfterOneFrame {
+    fn start(&self, _: Stage, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn cancelled(&self) -> bool {
+        self.0.fetch_add(1, Ordering::Relaxed) == 1
     }
+}
+
+#[test]
+fn an_import_that_is_cancelled_grows_no_further_frame() {
+    // The second would be wrong.
+    let text = "part gate(phase) { impostor(frames = 4) box(1, 1, if phase > 0 then 1 / 0 else 1) } gate(0)";
+    let (files, progress) = (Beside([].into()), AfterOneFrame::default());
+    let imported = import("world.dcg", text.into(), &files, &Limits::default(), &progress);
+    let told = imported.map(|_| ()).unwrap_err();
+    assert!(matches!(told, ImportError::Cancelled), "{told}");
+    assert_eq!(progress.0.into_inner(), 2);
 }

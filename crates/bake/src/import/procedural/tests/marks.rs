@@ -97,3 +97,34 @@ fn what_is_called_almost_like_a_mark_is_named_with_its_place() {
         (1, "\"cell :hall\" looks like `cell:`")
     );
 }
+
+/// Rules have a statement for viewpoints, and no mark for bodies that move.
+#[test]
+fn what_looks_like_a_mark_that_rules_do_not_have_is_not_told() {
+    let text = "box(1, 1, 1) called \"Viewpoint:Hall\" box(1, 1, 1) called \"Avatar: guide\" box(1, 1, 1)";
+    assert_eq!(rules(text, &[]).unwrap().defects.iter().count(), 0);
+}
+
+#[test]
+fn a_node_that_says_otherwise_what_it_is_may_have_any_name() {
+    let told = |node: serde_json::Value| {
+        let mut gltf = Gltf::triangle();
+        gltf.push(
+            "cameras",
+            json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}),
+        );
+        let node = gltf.push("nodes", node);
+        gltf.json["scenes"][0]["nodes"]
+            .as_array_mut()
+            .unwrap()
+            .push(node.into());
+        let imported = read("hall.glb", gltf.glb(), &[]).unwrap();
+        let told: Vec<_> = imported.defects.iter().map(|defect| defect.first).collect();
+        (imported.scene.viewpoints.len(), told)
+    };
+    let stated = json!({"name": "Viewpoint: Hall", "extras": {"belvedere": {"kind": "viewpoint"}}});
+    assert_eq!(told(stated), (1, vec![]));
+    assert_eq!(told(json!({"name": "Viewpoint: Hall", "camera": 0})), (1, vec![]));
+    let wanted = "\"Viewpoint: Hall\" looks like `viewpoint:`".to_owned();
+    assert_eq!(told(json!({"name": "Viewpoint: Hall"})), (0, vec![wanted]));
+}
