@@ -171,6 +171,8 @@ async fn walk<S: ByteSource + Clone + 'static>(
     }
     let frames = scripts.iter().map(|script| tour::frames(script, &settings));
     let strides = Arc::new(Strides::new(frames.sum(), args.json)?);
+    let telling = Arc::clone(&strides);
+    let telling = tokio::spawn(async move { telling.tell().await });
     let visitors = scripts.iter().map(|script| {
         let (source, scene, script) = (source.clone(), args.scene.clone(), script.clone());
         let strides = Arc::clone(&strides);
@@ -184,6 +186,7 @@ async fn walk<S: ByteSource + Clone + 'static>(
             Err(cause) => return Err(cannot_open(&args, &source, cause).await),
         }
     }
+    telling.abort();
     strides.end();
     if let Some(file) = &args.plot {
         std::fs::write(file, chart::draw(&chart::title(&args.scene, &settings.line), &tours[0]))

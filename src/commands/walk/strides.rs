@@ -1,9 +1,6 @@
 //! How far have visitors gone? A bar on a terminal, and elsewhere a line on standard error now and then, since a walk may take long.
 
-use std::{
-    sync::Mutex,
-    time::{Duration, Instant},
-};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -15,8 +12,7 @@ const PAUSE: Duration = Duration::from_secs(10);
 /// Frames that all visitors together have looked at.
 pub(super) struct Strides {
     bar: ProgressBar,
-    /// When a line is due, where there is no bar.
-    due: Option<Mutex<Instant>>,
+    has_bar: bool,
 }
 
 impl Strides {
@@ -27,25 +23,20 @@ impl Strides {
         bar.set_style(ProgressStyle::with_template(
             "    walk {bar:40.cyan/dim} {percent} % of {len} frames, {eta} left",
         )?);
-        Ok(Self {
-            bar,
-            due: (!has_bar).then(|| Mutex::new(Instant::now() + PAUSE)),
-        })
+        Ok(Self { bar, has_bar })
     }
 
     /// One more.
     pub(super) fn step(&self) {
         self.bar.inc(1);
-        let Some(due) = &self.due else { return };
-        let mut due = due.lock().expect("nothing panics while it holds this lock");
-        let now = Instant::now();
-        if now >= *due {
-            *due = now + PAUSE;
-            let all = self.bar.length().unwrap_or_default();
-            eprintln!(
-                "belvedere: {} of {all} frames have been walked through",
-                self.bar.position()
-            );
+    }
+
+    /// Says so every few seconds where there is no bar, for as long as this is waited for: also while a frame waits for its files.
+    pub(super) async fn tell(&self) {
+        while !self.has_bar {
+            tokio::time::sleep(PAUSE).await;
+            let (gone, all) = (self.bar.position(), self.bar.length().unwrap_or_default());
+            eprintln!("belvedere: {gone} of {all} frames have been walked through");
         }
     }
 
