@@ -33,7 +33,10 @@ impl Strides {
 
     /// Says so every few seconds where there is no bar, for as long as this is waited for: also while a frame waits for its files.
     pub(super) async fn tell(&self) {
-        while !self.has_bar {
+        if self.has_bar {
+            return;
+        }
+        loop {
             tokio::time::sleep(PAUSE).await;
             let (gone, all) = (self.bar.position(), self.bar.length().unwrap_or_default());
             eprintln!("belvedere: {gone} of {all} frames have been walked through");
