@@ -362,7 +362,8 @@ export class Visit {
 
   /** Asks for a new picture. */
   redraw(): void {
-    this.picture.ask();
+    // What comes with the manifest is shown before there is a picture, which begins as if it were asked for.
+    this.picture?.ask();
     this.frames.wake();
   }
 
