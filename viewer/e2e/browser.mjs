@@ -205,3 +205,12 @@ export async function tell(name, story) {
     await browser?.close();
   }
 }
+
+/** Waits until nothing is on its way; answers the state then. */
+export async function sharp(page, what) {
+  await settle(page, what);
+  await until(page, `${what}: something stays on its way`, () => window.belvedere.state().pending === 0);
+  const now = await state(page);
+  insist(now.problems.length === 0, `${what}: ${now.problems.join("; ")}`);
+  return now;
+}

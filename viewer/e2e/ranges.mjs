@@ -7,7 +7,7 @@
 import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import { join, normalize } from "node:path";
-import { addressOf, frames, insist, picture, settle, state, tell, timeout, until } from "./browser.mjs";
+import { addressOf, frames, insist, picture, sharp, tell, timeout, until } from "./browser.mjs";
 
 const TREE = process.env.BELVEDERE_TREE;
 const KINDS = { html: "text/html", js: "text/javascript", css: "text/css", json: "application/json" };
@@ -51,15 +51,6 @@ async function look(open, address) {
   await page.setViewportSize(LARGE);
   await frames(page);
   return { page, now: await sharp(page, "the large picture") };
-}
-
-/** Waits until nothing is on its way; answers the state then. */
-async function sharp(page, what) {
-  await settle(page, what);
-  await until(page, `${what}: something stays on its way`, () => window.belvedere.state().pending === 0);
-  const now = await state(page);
-  insist(now.problems.length === 0, `${what}: ${now.problems.join("; ")}`);
-  return now;
 }
 
 /** What the inspector says of how requests were answered otherwise than they were asked. */

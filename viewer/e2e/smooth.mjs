@@ -4,20 +4,11 @@
  * see `browser.mjs`; the scene must have smooth LODs. Where no bundles are offered, requests are dear and rungs few, so there
  * need not be one in sight to click.
  */
-import { click, insist, picture, settle, state, tell, timeout, until, url } from "./browser.mjs";
+import { click, insist, picture, sharp, tell, timeout, until, url } from "./browser.mjs";
 
 const isRung = (grade) => grade.startsWith("r");
 /** Pointers are never kept; and what costs nothing any more may be chosen where something else was before. */
 const FETCHED_AGAIN = 0.05;
-
-/** Waits until nothing is on its way; answers the state then. */
-async function sharp(page, what) {
-  await settle(page, what);
-  await until(page, `${what}: something stays on its way`, () => window.belvedere.state().pending === 0);
-  const now = await state(page);
-  insist(now.problems.length === 0, `${what}: ${now.problems.join("; ")}`);
-  return now;
-}
 
 function address(smooth) {
   const at = new URL(url);

@@ -43,7 +43,7 @@ export class LostPages {
     try {
       return await read();
     } catch (error) {
-      if (error instanceof FetchError && error.kind === "cancelled") throw error;
+      if (error instanceof FetchError && error.isCancelled) throw error;
       this.lose(entry, error);
       return undefined;
     }

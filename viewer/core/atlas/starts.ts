@@ -56,8 +56,7 @@ export class Starts implements Locator {
     try {
       return await this.scene.start(named, PRIORITY.document);
     } catch (error) {
-      const isCancelled = error instanceof FetchError && error.kind === "cancelled";
-      if (!isCancelled) this.lost.set(named.url, { error });
+      if (!(error instanceof FetchError && error.isCancelled)) this.lost.set(named.url, { error });
       return undefined;
     }
   }

@@ -28,6 +28,11 @@ export class FetchError extends Error {
   get isGone(): boolean {
     return this.status === 404 || this.status === 410;
   }
+
+  /** Whether it was called off, which says nothing of the file. */
+  get isCancelled(): boolean {
+    return this.kind === "cancelled";
+  }
 }
 
 /** Nothing came of a download for too long. */

@@ -210,7 +210,7 @@ export class ModelLoads implements ModelNotes {
     try {
       await (load.grade.kind === "impostor" ? this.bringImpostor(load) : this.bring(load, packs));
     } catch (error) {
-      if (load.state === "cancelled" || (error instanceof FetchError && error.kind === "cancelled")) return;
+      if (load.state === "cancelled" || (error instanceof FetchError && error.isCancelled)) return;
       this.fail(load, error);
     } finally {
       if (this.loads.get(model.model) === load) {
